@@ -101,8 +101,8 @@ void CheckImageSize(const cv::Size& size, const std::string& source) {
 }
 
 CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string& images,
-                              const std::optional<Camera>& known, const SlamConfig& config,
-                              const CommonOptions& common) {
+                              const std::optional<Camera>& known, const cv::Mat& mask,
+                              const SlamConfig& config, const CommonOptions& common) {
   cv::setNumThreads(1);
   const bool is_live = IsCamera(images);
   ImageSourceOptions range = FrameRange(common);
@@ -114,7 +114,7 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
   if (!image && Interrupted()) return {};
   if (!image) throw InputError(fmt::format("{}: no readable image", WithoutPassword(images)));
   CheckImageSize(image->image.size(), images);
-  CameraEstimationOptions options;
+  CameraEstimationOptions options{.mask = mask};
   if (!settings.IsAuto())
     options.start = LoadCamera(settings.camera, image->image.size());
   else if (known && known->width == image->image.cols && known->height == image->image.rows)

@@ -31,11 +31,11 @@ void CheckImageSize(const cv::Size& size, const std::string& source);
 
 // Estimates the camera of a source from its images, from as many parts of it as are needed; of a
 // live source, from its first seconds. `known` is the start value if nothing better is given, such
-// as the camera of a map. Reports the result, and warns where the images do not determine the
-// camera. Throws InputError as FrameInputs does.
+// as the camera of a map; `mask` as for Slam::SetMask. Reports the result, and warns where the
+// images do not determine the camera. Throws InputError as FrameInputs does.
 CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string& images,
-                              const std::optional<Camera>& known, const SlamConfig& config,
-                              const CommonOptions& common);
+                              const std::optional<Camera>& known, const cv::Mat& mask,
+                              const SlamConfig& config, const CommonOptions& common);
 
 // Refines an estimated camera by the whole map: bundle adjustment with its intrinsics, after which
 // the map is converted to the new camera. Camera and map stay as they are where the map does not

@@ -9,6 +9,7 @@
 #include "detector_options.h"
 #include "failures.h"
 #include "oaslam/detection/detector_pool.h"
+#include "oaslam/detection/turned_detector.h"
 #include "oaslam/detection_file.h"
 #include "oaslam/error.h"
 #include "oaslam/util/stopwatch.h"
@@ -32,7 +33,7 @@ struct Found {
 
 // Processes the images except those that `found` contains already. Saves every kSaveEvery images,
 // so that a kill does not lose everything.
-void DetectAll(ImageSource& source, Detector& detector, const DetectOptions& options,
+void DetectAll(ImageSource& source, TurnedDetector& detector, const DetectOptions& options,
                Found& found) {
   constexpr int kSaveEvery = 200;  // images: 10 s of work at 50 ms an image
   // A pipe gets a single document at the end.
@@ -41,8 +42,10 @@ void DetectAll(ImageSource& source, Detector& detector, const DetectOptions& opt
   std::set<std::string> done_before;
   for (const ImageDetections& image : found.images) done_before.insert(image.file_name);
   // Of one thread, so that Ctrl-C does not wait for a large network.
-  DetectorPool pool({[&](const cv::Mat& image) { return detector.Detect(image); }});
+  std::optional<int> turn;
+  DetectorPool pool({[&](const cv::Mat& image) { return detector(image, turn); }});
   ProgressBar progress(source.size(), options.common.quiet);
+  const bool is_auto = !TurnOf(options.detector);
   int done = 0;
   while (!Interrupted()) {
     const std::optional<InputImage> input = source.Next();
@@ -54,6 +57,7 @@ void DetectAll(ImageSource& source, Detector& detector, const DetectOptions& opt
       continue;
     }
     const Stopwatch watch;
+    turn = is_auto ? KnownTurn(*input, std::nullopt) : std::nullopt;
     std::future<std::vector<Detection>> detections = pool.Add(input->image);
     if (!IsReadyUnlessInterrupted(detections)) return;
     found.images.push_back({input->name, detections.get()});
@@ -87,7 +91,11 @@ void RunDetect(DetectOptions options) {
   const size_t done_before = found.images.size();
   InstallInterruptHandler();
   Failures failures;  // reported after the results are saved
-  failures.Try([&] { DetectAll(*source, *detector, options, found); });
+  failures.Try([&] {
+    TurnedDetector turned([&](const cv::Mat& image) { return detector->Detect(image); },
+                          TurnOf(options.detector));
+    DetectAll(*source, turned, options, found);
+  });
   failures.Try([&] {
     if (found.images.size() > done_before) SaveDetections(options.out, found.images);
   });

@@ -5,6 +5,8 @@
 #include <mutex>
 
 #include "oaslam/detection/model_folders.h"
+#include "oaslam/detection/turned_detector.h"
+#include "oaslam/images/exif_orientation.h"
 
 namespace oaslam::apps {
 namespace fs = std::filesystem;
@@ -35,6 +37,12 @@ CLI::Option* AddDetectorOptions(CLI::App& app, DetectorSettings& settings) {
   app.add_option("--detector-size", settings.size,
                  "Side of the network's square input in pixels, where the file leaves it open")
       ->check(CLI::Range(32, 4096));
+  app.add_option("--detector-turn", settings.turn,
+                 "Degrees clockwise that bring the images upright, as the detector wants them; "
+                 "auto: by gravity or EXIF where they are known, else what gives the better boxes "
+                 "in the first images. Boxes are of the images as they are")
+      ->check(CLI::IsMember({"auto", "0", "90", "180", "270"}))
+      ->capture_default_str();
   app.add_option("--detector-min-score", settings.min_score,
                  "Detections at or below this score are dropped")
       ->check(CLI::Range(0.0, 1.0))
@@ -68,6 +76,35 @@ std::unique_ptr<Detector> LoadDetector(const DetectorSettings& settings) {
   options.min_score = settings.min_score;
   const QuietStderr quiet;
   return Detector::Load(settings.model, options);
+}
+
+std::optional<int> TurnOf(const DetectorSettings& settings) {
+  return settings.turn == "auto" ? std::nullopt : std::optional(std::stoi(settings.turn) / 90);
+}
+
+std::optional<int> KnownTurn(const InputImage& image,
+                             const std::optional<Eigen::Vector3d>& gravity_in_cam) {
+  if (gravity_in_cam)
+    if (const auto turn = UprightTurn(*gravity_in_cam)) return turn;
+  const std::optional<int> stored = image.path.empty() ? std::nullopt : ExifTurn(image.path);
+  return stored && image.orientation == Orientation::kUpright ? 0 : stored;
+}
+
+int FindTurn(const std::string& images, ImageSourceOptions range, Detector& detector) {
+  constexpr double kStep_s = 0.5, kMost_s = 10;  // other views tell more
+  range.color = true;
+  const auto source = OpenImages(images, range);
+  TurnedDetector turned([&](const cv::Mat& image) { return detector.Detect(image); });
+  std::optional<double> first, last;
+  while (std::optional<InputImage> image = source->Next()) {
+    if (turned.turn() || Interrupted()) break;
+    if (image->image.empty() || (last && image->timestamp < *last + kStep_s)) continue;
+    if (!first) first = image->timestamp;
+    if (image->timestamp > *first + kMost_s || KnownTurn(*image, std::nullopt)) break;
+    last = image->timestamp;
+    turned(image->image);
+  }
+  return turned.turn().value_or(0);
 }
 
 std::string NameOfDetector(const DetectorSettings& settings) {

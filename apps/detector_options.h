@@ -1,11 +1,14 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "common.h"
 #include "oaslam/detector.h"
+#include "oaslam/image_source.h"
 
 namespace oaslam::apps {
 
@@ -16,7 +19,8 @@ struct DetectorSettings {
   std::string backend = "auto";
   int size = 0;  // side of the network's square input; 0: that of the file
   double min_score = DetectorOptions{}.min_score;
-  int every = 0;  // every Nth image is looked at; 0: those whose view has changed
+  std::string turn = "auto";  // degrees clockwise that bring the images upright
+  int every = 0;              // every Nth image is looked at; 0: those whose view has changed
 
   bool IsGiven() const { return !model.empty() && model != "none"; }
 };
@@ -26,6 +30,14 @@ struct DetectorSettings {
 CLI::Option* AddDetectorOptions(CLI::App& app, DetectorSettings& settings);
 // --detect-every.
 void AddDetectEveryOption(CLI::App& app, DetectorSettings& settings);
+
+// The clockwise quarters of --detector-turn; nothing for auto.
+std::optional<int> TurnOf(const DetectorSettings& settings);
+// The turn of an image by gravity in the camera's frame, where it is given, or by its EXIF.
+std::optional<int> KnownTurn(const InputImage& image,
+                             const std::optional<Eigen::Vector3d>& gravity_in_cam);
+// The turn of recorded images that gives the better boxes in the first seconds (TurnedDetector).
+int FindTurn(const std::string& images, ImageSourceOptions range, Detector& detector);
 
 // Nothing where no model was given. Throws InputError.
 std::unique_ptr<Detector> LoadDetector(const DetectorSettings& settings);

@@ -13,8 +13,10 @@
 #include "oaslam/evaluation/relocalization_metrics.h"
 #include "oaslam/evaluation/state_plot.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
+#include "oaslam/exports/map_scene.h"
 #include "oaslam/formats/table_file.h"
 #include "oaslam/util/log.h"
+#include "recording_choice.h"
 
 namespace oaslam::apps {
 namespace {
@@ -23,7 +25,8 @@ namespace fs = std::filesystem;
 
 struct EvaluateOptions {
   CommonOptions common;
-  std::string estimate, groundtruth, align = "sim3", plot, plot_errors;
+  std::string estimate, groundtruth, align = "sim3", plot, plot_errors, recording;
+  std::vector<std::string> groundtruths;  // of the recordings of a map
   std::vector<std::string> poses, errors, compare;
   std::vector<std::string> map_trajectories;
   std::string map_groundtruth, frames, hypotheses;
@@ -81,10 +84,17 @@ void PrintConsistency(const std::string& frames, const TrajectoryReport& report)
       consistency.median, 100 * consistency.share_beyond, consistency.count);
 }
 
-void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
-  const auto estimate = LoadTrajectory(o.estimate), groundtruth = LoadTrajectory(o.groundtruth);
+struct Estimate {
+  std::string name;  // in messages
+  std::vector<StampedPose> poses;
+};
+
+void Evaluate(const EvaluateOptions& o, const Estimate& estimated,
+              const std::string& groundtruth_path) {
+  const std::vector<StampedPose>& estimate = estimated.poses;
+  const auto groundtruth = LoadTrajectory(groundtruth_path);
   const TrajectoryReport report = EvaluateTrajectory(groundtruth, estimate, ParseAlign(o.align));
-  if (!report.success) throw InputError(fmt::format("{}: {}", o.estimate, report.why_not));
+  if (!report.success) throw InputError(fmt::format("{}: {}", estimated.name, report.why_not));
   const double scale = report.reference_from_estimate.scale;
   fmt::print("{:<26} {:>10} {:>10} {:>10} {:>10} {:>7}\n", "", "rmse", "mean", "median", "max",
              "count");
@@ -111,6 +121,51 @@ void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
       o.plot, shown, Aligned(estimate, report.reference_from_estimate),
       fmt::format("{}: ATE {:.2f} cm over {} poses", fs::path(o.estimate).filename().string(),
                   100 * report.position.rmse, report.pairs));
+}
+
+void WarnOfRepeatedTimes(const std::string& path, const std::vector<StampedPose>& poses) {
+  size_t repeated = 0;
+  for (size_t i = 1; i < poses.size(); ++i)
+    repeated += poses[i].timestamp == poses[i - 1].timestamp ? 1 : 0;
+  if (repeated > 0)
+    Log(LogLevel::kWarning,
+        fmt::format("{}: {} times are there twice: of two recordings? They are mixed up then; "
+                    "oaslam export --recording takes one of a map",
+                    path, repeated));
+}
+
+// The trajectory of a file, or those of each recording of a map.
+std::vector<Estimate> LoadEstimates(const EvaluateOptions& o) {
+  if (!IsMapFile(o.estimate)) {
+    if (!o.recording.empty()) throw InputError(o.estimate + ": --recording is for map files");
+    std::vector<StampedPose> poses = LoadTrajectory(o.estimate);
+    WarnOfRepeatedTimes(o.estimate, poses);
+    return {{o.estimate, std::move(poses)}};
+  }
+  const SavedMap saved = LoadMap(o.estimate);
+  const auto trajectories = FinalTrajectories(saved);
+  std::vector<Estimate> estimates;
+  for (size_t i = 0; i < trajectories.size(); ++i)
+    if (o.recording.empty() || FindRecording(saved.recordings, o.recording) == i)
+      estimates.push_back(
+          {fmt::format("{}, recording {}", o.estimate, Describe(saved.recordings, i)),
+           trajectories[i]});
+  return estimates;
+}
+
+void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
+  const std::vector<Estimate> estimates = LoadEstimates(o);
+  if (o.groundtruths.size() != estimates.size())
+    throw InputError(
+        fmt::format("{}: has {} recordings, and {} ground truths are given; allowed: one for each, "
+                    "or --recording",
+                    o.estimate, estimates.size(), o.groundtruths.size()));
+  if (estimates.size() > 1 && !(o.plot + o.plot_errors + o.frames).empty())
+    throw InputError("--plot, --plot-errors, --frames: are for one recording (--recording)");
+  for (size_t i = 0; i < estimates.size(); ++i) {
+    if (estimates.size() > 1) fmt::print("{}{}\n", i == 0 ? "" : "\n", estimates[i].name);
+    Evaluate(o, estimates[i], o.groundtruths[i]);
+  }
 }
 
 // The alignment of the map in whose frame `map_trajectory` is, to the frame of the ground truth.
@@ -266,8 +321,12 @@ void AddEvaluateCommand(CLI::App& app) {
 
   CLI::App* trajectory = evaluate->add_subcommand(
       "trajectory", "Absolute and relative error of a trajectory (TUM format)");
-  trajectory->add_option("estimate", o.estimate, "Trajectory")->required();
-  trajectory->add_option("groundtruth", o.groundtruth, "Ground truth")->required();
+  trajectory->add_option("estimate", o.estimate, "Trajectory, or a map file")->required();
+  trajectory
+      ->add_option("groundtruth", o.groundtruths,
+                   "Ground truth; of a map of several recordings one for each")
+      ->required();
+  AddRecordingOption(*trajectory, o.recording);
   trajectory->add_option("--plot", o.plot, "Draw both into this SVG");
   trajectory->add_option("--frames", o.frames,
                          "frames.csv of the run: also compares the errors with their stated "

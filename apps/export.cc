@@ -8,13 +8,15 @@
 #include "common.h"
 #include "oaslam/error.h"
 #include "oaslam/exports/map_export.h"
+#include "recording_choice.h"
 
 namespace oaslam::apps {
 namespace {
 
 struct ExportOptions {
   CommonOptions common;
-  std::string map, format, out, images;
+  std::string map, format, out, recording;
+  std::vector<std::string> images;
   bool ellipsoids = false;
   int piece = 0;
 };
@@ -33,33 +35,47 @@ void CheckExtension(const ExportOptions& options) {
         fmt::format("{0}: --format {1} asks for a file .{1}", options.out, options.format));
 }
 
-OutputFolder Check(const ExportOptions& options) {
+// Whether each recording gets a file of its own.
+bool IsFolderOfFiles(const ExportOptions& options, const SavedMap& saved) {
+  return options.format == "tum" && saved.recordings.size() > 1 &&
+         (std::filesystem::is_directory(options.out) ||
+          !std::filesystem::path(options.out).has_extension());
+}
+
+OutputFolder Check(const ExportOptions& options, const SavedMap& saved) {
   if (!options.images.empty() && !IsFolderFormat(options.format))
     throw InputError("--images is for --format colmap and nerfstudio");
   if (options.ellipsoids && options.format != "ply")
     throw InputError("--ellipsoids is for --format ply; obj and gltf always have them");
-  if (IsFolderFormat(options.format)) return OutputFolder(options.out);
+  if (IsFolderFormat(options.format) || IsFolderOfFiles(options, saved))
+    return OutputFolder(options.out);
   return FolderOfOutputFile(options.out);
 }
 
 void Export(const ExportOptions& options) {
-  const SavedMap saved = LoadPiece(options.map, options.piece);
+  SavedMap saved = LoadPiece(options.map, options.piece);
   if (saved.map.keyframes.empty()) throw InputError(options.map + ": the map is empty");
-  const OutputFolder folder = Check(options);
+  if (const auto chosen = ChosenRecording(options.recording, options.images, saved.recordings))
+    saved = OfRecording(saved, *chosen);
+  const OutputFolder folder = Check(options, saved);
   CheckExtension(options);
   if (IsFolderFormat(options.format)) {
     ImageSourceOptions range = FrameRange(options.common);
     range.color = true;
-    const KeyframeImages images = options.images.empty()
-                                      ? ImagesByTime(saved.map)
-                                      : FindImages(saved.map, options.images, range, options.out);
+    const KeyframeImages images =
+        options.images.empty()
+            ? ImagesByTime(saved)
+            : FindImages(saved, SourcesOf(options.images, saved.recordings), range, options.out);
     if (options.format == "colmap") ExportColmap(options.out, saved, images);
     if (options.format == "nerfstudio") ExportNerfstudio(options.out, saved, images);
   }
   if (options.format == "ply") ExportPly(options.out, saved, options.ellipsoids);
   if (options.format == "obj") ExportObj(options.out, saved);
   if (options.format == "gltf") ExportGltf(options.out, saved);
-  if (options.format == "tum") ExportTum(options.out, saved);
+  if (options.format == "tum" && IsFolderOfFiles(options, saved))
+    ExportTumFiles(options.out, saved);
+  else if (options.format == "tum")
+    ExportTum(options.out, saved);
   if (options.format == "json") ExportJson(options.out, saved);
   spdlog::info("{} -> {}", options.map, options.out);
 }
@@ -79,11 +95,15 @@ void AddExportCommand(CLI::App& app) {
       ->add_option("--out", options->out,
                    "file; a folder for colmap and nerfstudio. gltf: .gltf (text) or .glb (binary)")
       ->required();
-  command->add_option(
-      "--images", options->images,
-      "colmap, nerfstudio: the images of the run (TUM folder, list file, folder, video), found by "
-      "time; a video's frames are written "
-      "to images/. Without: names are time stamps");
+  command
+      ->add_option(
+          "--images", options->images,
+          "colmap, nerfstudio: the images of the run (TUM folder, list file, folder, video), found "
+          "by time; a video's frames are written to images/. auto: where they were. Repeated for a "
+          "map of several recordings, in their order. Without: names are time stamps")
+      ->expected(1)
+      ->take_all();
+  AddRecordingOption(*command, options->recording);
   command->add_flag("--ellipsoids", options->ellipsoids, "ply: the objects as meshes, too");
   AddFrameOptions(*command, options->common);
   AddExifOption(*command, options->common);

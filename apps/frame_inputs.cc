@@ -13,8 +13,8 @@
 #include "oaslam/camera_file.h"
 #include "oaslam/formats/imu_file.h"
 #include "oaslam/geometry/degree.h"
-#include "oaslam/images/image_list.h"
 #include "oaslam/images/camera_source.h"
+#include "oaslam/images/image_list.h"
 #include "oaslam/util/url.h"
 
 namespace oaslam::apps {
@@ -77,7 +77,7 @@ FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOp
   const bool is_auto = IsAutoCamera(sources.camera);
   camera_ = sources.known_camera ? *sources.known_camera
                                  : LoadCamera(is_auto ? "fov:65" : sources.camera, size);
-  if (side_.detector) StartDetector(sources);
+  if (side_.detector) StartDetector(sources, range);
   // Not for a growing folder or a camera, where an image would have to wait for the ones after it.
   if (pool_ && !comes_late) most_ahead_ = pool_->MostAhead(first->image);
   const bool is_chosen = Choose(*first);
@@ -94,10 +94,14 @@ std::optional<InputImage> FrameInputs::NextReadable() {
   return image;
 }
 
-void FrameInputs::StartDetector(const Sources& sources) {
+void FrameInputs::StartDetector(const Sources& sources, const ImageSourceOptions& range) {
+  given_turn_ = TurnOf(sources.detector);
+  if (!given_turn_ && side_.gravity.empty() && !sources.live && !range.follow &&
+      !IsCamera(sources.images))
+    usual_turn_ = FindTurn(sources.images, range, *side_.detector);
   if (sources.live) {
-    background_ = std::make_unique<BackgroundDetector>(
-        [this](const cv::Mat& image) { return side_.detector->Detect(image); });
+    const auto detect = [this](const cv::Mat& image) { return side_.detector->Detect(image); };
+    background_ = std::make_unique<BackgroundDetector>(TurnedDetector(detect, given_turn_));
     return;
   }
   // Each has a copy of the network. Few images are chosen, so that four keep ahead of the tracker.
@@ -131,7 +135,9 @@ void FrameInputs::Read(size_t ahead) {
   for (ReadImage& read : read_) {
     if (!read.is_chosen || !IsWanted(read.image, last)) continue;
     last = read.image;
-    if (!read.found.valid()) read.found = pool_->Add(read.image.image);
+    if (read.found.valid()) continue;
+    read.turn = TurnFor(read.image);
+    read.found = pool_->Add(Turned(read.image.image, read.turn));
   }
 }
 
@@ -146,6 +152,32 @@ void FrameInputs::SetState(TrackingState state) {
     lost_since_s_.reset();
   else if (!lost_since_s_)
     lost_since_s_ = given_s_;
+}
+
+int FrameInputs::TurnFor(const InputImage& image) {
+  if (given_turn_) return *given_turn_;
+  return KnownTurn(image, side_.gravity.At(image.timestamp)).value_or(usual_turn_);
+}
+
+void FrameInputs::DetectLate(int frame, const cv::Mat& image,
+                             const std::optional<Eigen::Vector3d>& gravity_in_cam) {
+  if (!background_) return;
+  // Where it is not known, the detector finds it.
+  const std::optional<int> known =
+      given_turn_ || !gravity_in_cam ? std::nullopt : UprightTurn(*gravity_in_cam);
+  late_turns_[frame] = {known.value_or(0), image.size()};
+  background_->Offer(frame, Turned(image, known.value_or(0)));
+}
+
+std::vector<BackgroundDetector::Result> FrameInputs::TakeLate() {
+  if (!background_) return {};
+  std::vector<BackgroundDetector::Result> results = background_->Take();
+  for (BackgroundDetector::Result& result : results) {
+    const auto [turn, size] = late_turns_[result.frame];
+    TurnBack(turn, size, result.detections);
+    late_turns_.erase(late_turns_.begin(), late_turns_.upper_bound(result.frame));
+  }
+  return results;
 }
 
 std::optional<FrameInput> FrameInputs::Next() {
@@ -176,6 +208,7 @@ std::optional<FrameInput> FrameInputs::Next() {
   } else if (read.is_chosen && IsWanted(image, last_looked_at_)) {
     if (!IsReadyUnlessInterrupted(read.found)) return std::nullopt;
     frame.input.detections = read.found.get();
+    TurnBack(read.turn, image.image.size(), frame.input.detections);
     last_looked_at_ = image;
     ++looked_at_;
   }

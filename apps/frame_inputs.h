@@ -3,15 +3,18 @@
 #include <algorithm>
 #include <deque>
 #include <future>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "common.h"
 #include "detector_options.h"
 #include "gravity_file.h"
 #include "oaslam/background_detector.h"
 #include "oaslam/detection/detector_pool.h"
+#include "oaslam/detection/turned_detector.h"
 #include "oaslam/detection/view_change.h"
 #include "oaslam/detection_file.h"
 #include "oaslam/image_source.h"
@@ -101,12 +104,10 @@ class FrameInputs {
 
   // Live, with a detector: offers the image of a processed frame; TakeLate returns its detections
   // once they are ready.
-  void DetectLate(int frame, const cv::Mat& image) {
-    if (background_) background_->Offer(frame, image);
-  }
-  std::vector<BackgroundDetector::Result> TakeLate() {
-    return background_ ? background_->Take() : std::vector<BackgroundDetector::Result>{};
-  }
+  // `gravity_in_cam`: as it is measured, or as the map knows it.
+  void DetectLate(int frame, const cv::Mat& image,
+                  const std::optional<Eigen::Vector3d>& gravity_in_cam);
+  std::vector<BackgroundDetector::Result> TakeLate();
   // Waits for detections in progress.
   void FinishLate() {
     if (background_) background_->Wait();
@@ -127,16 +128,18 @@ class FrameInputs {
   struct ReadImage {
     InputImage image;
     bool is_chosen = false;                       // for the detector
+    int turn = 0;                                 // that brings it upright
     std::future<std::vector<Detection>> found{};  // valid once the detector has the image
   };
 
   std::optional<InputImage> NextReadable();
-  void StartDetector(const Sources& sources);
+  void StartDetector(const Sources& sources, const ImageSourceOptions& range);
   // Reads images, those within `ahead` of the next one.
   void Read(size_t ahead);
   // Whether the detector looks at an image that was chosen. `last`: the one that it looked at last.
   bool IsWanted(const InputImage& image, const InputImage& last) const;
   bool Choose(const InputImage& image);
+  int TurnFor(const InputImage& image);
 
   std::unique_ptr<ReadableImages> images_;
   const LatestImageSource* latest_ = nullptr;  // in images_ if the source is live
@@ -150,8 +153,11 @@ class FrameInputs {
   double given_s_ = 0;                  // time stamp of the image that was given last
   InputImage last_looked_at_;           // by the detector
   std::optional<double> first_timestamp_, last_timestamp_;
-  size_t given_samples_ = 0;  // of angular velocity
-  int detect_every_ = 0;      // 0: where the view changes
+  size_t given_samples_ = 0;                            // of angular velocity
+  std::optional<int> given_turn_;                       // --detector-turn
+  int usual_turn_ = 0;                                  // of images whose vertical is not known
+  std::map<int, std::pair<int, cv::Size>> late_turns_;  // of images in the background, with sizes
+  int detect_every_ = 0;                                // 0: where the view changes
   ViewChange view_change_;
   // The detector in the background (live), or its copies (else); destroyed before `side_`.
   std::unique_ptr<BackgroundDetector> background_;

@@ -20,6 +20,8 @@ class GravityTrack {
   // it is at most one and a half intervals away. Nothing where there is none.
   std::optional<Eigen::Vector3d> At(double timestamp);
 
+  bool empty() const { return samples_.empty(); }
+
   // Warns, with the times of both, where there were samples and images but no
   // sample near any image.
   void WarnIfUnused() const;

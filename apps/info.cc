@@ -40,19 +40,29 @@ void PrintPoints(const Map& map) {
   if (!map.anchors.empty()) fmt::print("anchors      {}\n", map.anchors.size());
 }
 
-void PrintTimes(const SavedMap& saved) {
-  double first = 0, last = 0;
-  bool any = false;
-  const auto add = [&](double t) {
-    first = any ? std::min(first, t) : t;
-    last = any ? std::max(last, t) : t;
-    any = true;
+void PrintRecordings(const SavedMap& saved) {
+  struct Span {
+    double first = 0, last = 0;
+    size_t keyframes = 0;
   };
-  saved.map.keyframes.ForEach(
-      [&](KeyframeId, const Keyframe& keyframe) { add(keyframe.timestamp); });
-  for (const FramePose& pose : saved.trajectory) add(pose.timestamp);
+  std::map<size_t, Span> spans;
+  const auto add = [&](int frame, double t) -> Span& {
+    Span& span = spans.try_emplace(RecordingOf(saved.recordings, frame), Span{t, t}).first->second;
+    span.first = std::min(span.first, t);
+    span.last = std::max(span.last, t);
+    return span;
+  };
+  saved.map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
+    ++add(keyframe.frame_index, keyframe.timestamp).keyframes;
+  });
+  for (const FramePose& pose : saved.trajectory) add(pose.frame_index, pose.timestamp);
   fmt::print("trajectory   {} frames\n", saved.trajectory.size());
-  if (any) fmt::print("time         {:.3f} s to {:.3f} s ({:.1f} s)\n", first, last, last - first);
+  for (const auto& [i, span] : spans) {
+    const std::string images = i < saved.recordings.size() ? saved.recordings[i].images : "";
+    fmt::print("recording    {}: {} keyframes, {:.3f} s to {:.3f} s ({:.1f} s){}\n",
+               Describe(saved.recordings, i), span.keyframes, span.first, span.last,
+               span.last - span.first, images.empty() ? "" : ", images of " + images);
+  }
 }
 
 void PrintObjects(const SavedMap& saved) {
@@ -89,7 +99,7 @@ void PrintInfo(const std::string& given) {
   fmt::print("integrity    ok (checksums and invariants verified)\n");
   PrintCameras(saved.map);
   PrintPoints(saved.map);
-  PrintTimes(saved);
+  PrintRecordings(saved);
   PrintObjects(saved);
   for (size_t i = 0; i < saved.pieces.size(); ++i)
     fmt::print(

@@ -155,6 +155,7 @@ void LiveView::Show(const Slam& slam, const FrameInput& frame, const TrackingRes
 void LiveView::Finish(const SavedMap& saved, bool interrupted) {
   if (!viewer_) return;
   status_.live = status_.paused = false;
+  status_.recordings = saved.recordings;
   viewer_->ShowMap(std::make_shared<const Map>(saved.map), saved.trajectory);
   ShowStatus();
   viewer_->ShowEvent(frame_, "map", interrupted ? "interrupted" : "finished");

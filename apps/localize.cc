@@ -17,6 +17,7 @@
 #include "failures.h"
 #include "frame_inputs.h"
 #include "gravity_file.h"
+#include "mask_choice.h"
 #include "oaslam/camera_file.h"
 #include "oaslam/exports/map_results.h"
 #include "oaslam/formats/json_text.h"
@@ -39,7 +40,7 @@ struct LocalizeOptions {
   SideFiles side;
   RecordingSettings recording;
   std::vector<std::string> models;
-  std::string map, images, camera, out, relocalization = "points+objects";
+  std::string map, images, camera, out, relocalization = "points+objects", mask;
   bool every_frame = false;
   int forget_every = 0;  // images; 0: never
   int piece = 0;
@@ -228,11 +229,13 @@ SideInputs SideInputsOf(const LocalizeOptions& options) {
 
 // Estimates the one camera of a source: relocalizes images until some are found, and takes the
 // camera of the one with the most points.
-std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const SlamConfig& config) {
+std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const cv::Mat& mask,
+                                    const SlamConfig& config) {
   // Images found, of which the best is taken; images looked at, seven seconds of a video.
   constexpr int kEnough = 5, kMaxImages = 200;
   FrameInputs inputs(SourcesOf(options, std::nullopt), SideInputsOf(options), options.common);
   Slam slam(config, inputs.camera());
+  UseMask(options.mask, mask, slam, inputs.camera());
   slam.Load(options.map, options.piece);
   RelocalizationResult best;
   int found = 0;
@@ -264,13 +267,16 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
   Recording recording(options.recording,
                       LoadModels(options.models, options.recording.IsAskedFor()));
   SideInputs side = SideInputsOf(options);
-  FrameInputs::Sources sources = SourcesOf(
-      options, is_auto && !options.every_frame ? CameraFromMap(options, config) : std::nullopt);
+  const cv::Mat mask = MaskFor(options.mask, options.camera, options.images, options.common);
+  FrameInputs::Sources sources =
+      SourcesOf(options, is_auto && !options.every_frame ? CameraFromMap(options, mask, config)
+                                                         : std::nullopt);
   sources.any_size = true;
   FrameInputs inputs(sources, std::move(side), options.common);
   OtherImages others(options, config);
   results.SetFocalLength(inputs.camera().fx);
   Slam slam(config, inputs.camera());
+  UseMask(options.mask, mask, slam, inputs.camera());
   BeginInMap(options, slam);
   slam.SetMapping(false);
   const RelocalizationMode mode = RelocalizationModeOf(options.relocalization);
@@ -323,9 +329,11 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
   if (IsAutoCamera(options.camera))
     throw InputError("localize: --camera auto needs --images; give a calibration");
   const Camera camera = LoadCamera(options.camera, {0, 0});
-  const auto images = SelectTimedDetections(
+  auto images = SelectTimedDetections(
       DetectionTable(LoadDetectionsFor(options.side.detections, options.common).images),
       options.side.detections, options.common);
+  const cv::Mat mask = MaskFor(options.mask, options.camera, "", options.common);
+  for (TimedDetections& image : images) EraseHidden(mask, image.detections);
   GravityTrack gravity =
       options.side.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.side.gravity);
   Slam slam(config, camera);
@@ -415,6 +423,7 @@ void AddLocalizeCommand(CLI::App& app) {
       ->excludes(every_frame);
   command->add_option("--gravity", options->side.gravity,
                       "direction of gravity in the camera's frame: \"timestamp gx gy gz\" a line");
+  AddMaskOption(*command, options->mask);
   AddImuOption(*command, options->side)->excludes(every_frame);
   auto* record = AddRecordingOptions(*command, options->recording);
   AddModelOption(*command, options->models)->needs(record);

@@ -14,6 +14,7 @@
 #include "detection_choice.h"
 #include "detector_options.h"
 #include "failures.h"
+#include "mask_choice.h"
 #include "oaslam/camera_file.h"
 #include "oaslam/detection_file.h"
 #include "oaslam/error.h"
@@ -32,7 +33,7 @@ namespace {
 
 struct Options {
   CommonOptions common;
-  std::string trajectory, camera, detections, out, map_out;
+  std::string trajectory, camera, detections, out, map_out, mask;
 };
 
 // Seconds between a detection's image and its pose; that of the TUM benchmark's own tools.
@@ -54,8 +55,10 @@ const StampedPose* NearestPose(const std::vector<StampedPose>& poses, double tim
 std::vector<PosedDetections> PoseDetections(const Options& options, const Camera& camera,
                                             std::vector<ImageDetections> detected) {
   const std::vector<StampedPose> poses = LoadTrajectory(options.trajectory);
-  const std::vector<TimedDetections> images = SelectTimedDetections(
-      DetectionTable(std::move(detected)), options.detections, options.common);
+  std::vector<TimedDetections> images = SelectTimedDetections(DetectionTable(std::move(detected)),
+                                                              options.detections, options.common);
+  const cv::Mat mask = MaskFor(options.mask, options.camera, "", options.common);
+  for (TimedDetections& image : images) EraseHidden(mask, image.detections);
   std::vector<PosedDetections> frames;
   for (const TimedDetections& image : images) {
     const StampedPose* pose = NearestPose(poses, image.timestamp);
@@ -78,6 +81,7 @@ void WriteResults(const Options& options, const KnownPoseMap& result, const Clas
                   size_t frames, const Stopwatch& watch) {
   const std::filesystem::path out(options.out);
   SavedMap saved{result.map, {}, names};
+  saved.recordings = {{std::filesystem::path(options.detections).stem().string(), "", 0}};
   std::vector<StampedPose> trajectory;
   result.map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
     trajectory.push_back({keyframe.timestamp, keyframe.cam_from_world.Inverse()});
@@ -159,6 +163,7 @@ void AddMapObjectsCommand(CLI::App& app) {
       ->check(CLI::ExistingFile);
   command->add_option("--out", options->out, "Output folder")->required()->type_name("DIR");
   command->add_option("--map-out", options->map_out, "Also save the map")->type_name("FILE");
+  AddMaskOption(*command, options->mask);
   AddCommonOptions(*command, options->common);
   command->callback([options] { MapObjects(*options); });
 }

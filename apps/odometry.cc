@@ -10,6 +10,7 @@
 #include "common.h"
 #include "failures.h"
 #include "frame_inputs.h"
+#include "mask_choice.h"
 #include "oaslam/error.h"
 #include "oaslam/geometry/degree.h"
 #include "oaslam/localization/frame_maker.h"
@@ -22,7 +23,7 @@ namespace {
 struct OdometryCommandOptions {
   CommonOptions common;
   SideFiles side;
-  std::string images, camera, out, report;
+  std::string images, camera, out, report, mask;
   uint64_t seed = 0;
 };
 
@@ -97,6 +98,9 @@ void RunOdometry(const OdometryCommandOptions& options) {
   FrameInputs inputs({options.images, options.camera, {}},
                      SideInputs(options.side, options.camera, {}, options.common), options.common);
   Odometry odometry(inputs.camera(), OdometryOptions{}, options.seed);
+  if (const cv::Mat mask = MaskFor(options.mask, options.camera, options.images, options.common);
+      !mask.empty())
+    odometry.SetMask(ImageMask(ViewOf(mask)));
   Tracked tracked;
   InstallInterruptHandler();
   Failures failures;  // reported after the results are saved
@@ -132,6 +136,7 @@ void AddOdometryCommand(CLI::App& app) {
       ->add_option("--report", options->report,
                    "Where to write what was tracked in each image (CSV)")
       ->type_name("FILE");
+  AddMaskOption(*command, options->mask);
   AddImuOption(*command, options->side);
   command->add_option("--seed", options->seed, "Of the random samples");
   AddFrameOptions(*command, options->common);

@@ -17,6 +17,7 @@
 #include "failures.h"
 #include "frame_inputs.h"
 #include "live_view.h"
+#include "mask_choice.h"
 #include "metric_scale.h"
 #include "oaslam/bundle/rolling_shutter.h"
 #include "oaslam/images/camera_source.h"
@@ -24,6 +25,7 @@
 #include "oaslam/system/slam_access.h"
 #include "oaslam/util/url.h"
 #include "recording.h"
+#include "recording_choice.h"
 #include "run_results.h"
 
 namespace oaslam::apps {
@@ -39,7 +41,8 @@ struct RunOptions {
   RecordingSettings recording;
   std::vector<std::string> models;
   CameraSettings camera;
-  std::string images, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth;
+  std::string images, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth,
+                                                  mask;
   std::optional<int> seed;
   std::optional<double> readout_ms;
 };
@@ -119,9 +122,10 @@ std::exception_ptr ScaleToMetres(const MetricScale& scale, SavedMap& saved,
 }
 
 // Estimates the camera before the run, unless it is given.
-std::optional<CameraEstimate> EstimateFor(const RunOptions& options, const SlamConfig& config) {
+std::optional<CameraEstimate> EstimateFor(const RunOptions& options, const SlamConfig& config,
+                                          const cv::Mat& mask) {
   if (!options.camera.IsEstimated()) return std::nullopt;
-  return EstimateCamera(options.camera, options.images, CameraOfMap(options.map_in), config,
+  return EstimateCamera(options.camera, options.images, CameraOfMap(options.map_in), mask, config,
                         options.common);
 }
 
@@ -182,6 +186,16 @@ std::string PathToFindAgain(const RunOptions& options) {
   return std::filesystem::absolute(options.images, error).lexically_normal().string();
 }
 
+// Gravity in the camera's frame as it was measured, or as the map knows it.
+std::optional<Eigen::Vector3d> GravityAt(const Slam& slam, const FrameInput& frame,
+                                         const TrackingResult& result) {
+  if (frame.input.gravity_in_cam) return frame.input.gravity_in_cam;
+  const std::shared_ptr<const Map> map = SlamAccess::View(slam).map;
+  // What only follows from how the camera was held does not tell how it is held.
+  if (!map || !map->up || map->up_keyframes == 0 || !result.world_from_cam) return std::nullopt;
+  return result.world_from_cam->rotation.conjugate() * -*map->up;
+}
+
 void SayDetectorPace(const RunOptions& options, const DetectorPace& pace, int images) {
   if (options.detector.IsGiven())
     spdlog::info("detector: {}, {} of {} images looked at", NameOfDetector(options.detector),
@@ -209,7 +223,8 @@ void Run(const RunOptions& given) {
                                       ? OutputFolder(options.out)
                                       : FolderOfMapFile(options.map_out, "--map-out");
   Recording recording(options.recording, models);
-  const std::optional<CameraEstimate> first_estimate = EstimateFor(options, config);
+  const cv::Mat mask = MaskFor(options.mask, options.camera.camera, options.images, options.common);
+  const std::optional<CameraEstimate> first_estimate = EstimateFor(options, config, mask);
   FrameInputs inputs(
       {options.images, options.camera.camera, options.detector, is_live,
        options.viewer.port || options.recording.IsAskedFor(), !options.map_in.empty(),
@@ -231,6 +246,8 @@ void Run(const RunOptions& given) {
   };
   slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
   if (!options.map_in.empty()) slam.Load(options.map_in);
+  UseMask(options.mask, mask, slam, inputs.camera());
+  slam.NameRecording(NameOfImages(options.images), ImagesOnDisk(options.images));
   first_frame = FramesOf(SlamAccess::Export(slam));
   set_classes(!options.map_in.empty());
   RunResults results(options.out, config);
@@ -258,7 +275,7 @@ void Run(const RunOptions& given) {
       const TrackingResult result = slam.Process(frame->input);
       inputs.SetState(result.state);
       results.Add(frame->index, result);
-      inputs.DetectLate(result.frame, frame->input.image);
+      inputs.DetectLate(result.frame, frame->input.image, GravityAt(slam, *frame, result));
       AddLateDetections(inputs, slam, results);
       view.Show(slam, *frame, result, dropped);
       recording.Add(slam, *frame, result);
@@ -345,6 +362,7 @@ void AddRunCommand(CLI::App& app) {
       "TUM folder, list file, folder of images, video, or camera (webcam:0, rtsp://...)");
   AddPlainForm(*command, options->plain, images);
   AddCameraOptions(*command, options->camera);
+  AddMaskOption(*command, options->mask);
   auto* detections = command->add_option("--detections", options->side.detections,
                                          "JSON with the boxes of all images");
   AddDetectorOptions(*command, options->detector)->excludes(detections);

@@ -77,6 +77,12 @@ nlohmann::ordered_json PieceSummary(const Map& map, const std::vector<StampedPos
   return summary;
 }
 
+// Times of earlier recordings, which the map was continued from, would be mixed with those of this
+// one.
+int FirstFrameOfLast(const SavedMap& saved) {
+  return saved.recordings.empty() ? 0 : saved.recordings.back().first_frame;
+}
+
 }  // namespace
 
 RunResults::RunResults(const std::string& folder, const SlamConfig& config)
@@ -171,7 +177,9 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   failures.Try([&] { WritePieces(pieces); });
   failures.Try([&] { SaveTrajectory(folder_ + "/trajectory.txt", trajectory); });
   failures.Try([&] { SaveTrajectory(folder_ + "/trajectory_live.txt", live); });
-  failures.Try([&] { SaveTrajectory(folder_ + "/keyframes.txt", KeyframePoses(saved.map)); });
+  failures.Try([&] {
+    SaveTrajectory(folder_ + "/keyframes.txt", KeyframePoses(saved.map, FirstFrameOfLast(saved)));
+  });
   failures.Try([&] { SaveObjectsJson(folder_ + "/objects.json", saved.map, saved.class_names); });
 
   nlohmann::ordered_json summary;

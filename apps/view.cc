@@ -2,6 +2,7 @@
 #include <pthread.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <csignal>
 #include <filesystem>
 #include <map>
@@ -21,6 +22,7 @@
 #include "oaslam/viewer/saved_run.h"
 #include "oaslam/viewer/viewer.h"
 #include "optional_values.h"
+#include "recording_choice.h"
 #include "server_options.h"
 
 namespace oaslam::apps {
@@ -28,14 +30,15 @@ namespace {
 
 struct ViewOptions {
   CommonOptions common;
-  std::string path, map, images, groundtruth;
+  std::string path, map, groundtruth;
+  std::vector<std::string> images;
   std::vector<std::string> models;
   ServerOptions server{};
   int piece = 0;
 };
 
-// The frames of the map whose pictures are shown, by time in microseconds.
-std::map<int64_t, int> FramesWithPictures(const SavedMap& saved) {
+// The frames of a recording whose pictures are shown, by time in microseconds.
+std::map<int64_t, int> FramesWithPictures(const SavedMap& saved, size_t recording) {
   std::set<int> wanted;
   saved.map.keyframes.ForEach(
       [&](KeyframeId, const Keyframe& keyframe) { wanted.insert(keyframe.frame_index); });
@@ -44,7 +47,8 @@ std::map<int64_t, int> FramesWithPictures(const SavedMap& saved) {
   });
   std::map<int64_t, int> frames;
   const auto add = [&](double timestamp, int frame) {
-    if (wanted.contains(frame)) frames[std::llround(timestamp * 1e6)] = frame;
+    if (wanted.contains(frame) && RecordingOf(saved.recordings, frame) == recording)
+      frames[std::llround(timestamp * 1e6)] = frame;
   };
   for (const FramePose& pose : saved.trajectory) add(pose.timestamp, pose.frame_index);
   saved.map.keyframes.ForEach(
@@ -162,6 +166,36 @@ void Obey(AnchorFile file, Map map, Viewer& viewer, const std::stop_token& stop)
   }
 }
 
+// The images of each recording, null where there are none: those that are given, else where they
+// were (`of_run`: those of the last, as its folder names them). They may have changed since: then
+// the map is shown without them.
+std::vector<std::unique_ptr<ImageSource>> OpenPictures(const ViewOptions& options,
+                                                       const MapRecordings& recordings,
+                                                       const std::string& of_run,
+                                                       const ImageSourceOptions& range) {
+  std::vector<std::string> sources(std::max<size_t>(1, recordings.size()));
+  const auto chosen = ChosenRecording("", options.images, recordings);
+  if (chosen)
+    sources[*chosen] = options.images.front();
+  else if (!options.images.empty())
+    sources = SourcesOf(options.images, recordings);
+  else if (recordings.size() > 1)
+    for (size_t i = 0; i < sources.size(); ++i) sources[i] = recordings[i].images;
+  if (sources.back().empty() && options.images.empty()) sources.back() = of_run;
+  std::vector<std::unique_ptr<ImageSource>> images;
+  for (const std::string& source : sources) {
+    images.emplace_back();
+    if (source.empty()) continue;
+    try {
+      images.back() = OpenImages(source, range);
+    } catch (const InputError& problem) {
+      if (!options.images.empty()) throw;
+      spdlog::warn("{}: shown without pictures", problem.what());
+    }
+  }
+  return images;
+}
+
 void View(const ViewOptions& options) {
   std::error_code error;
   if (!std::filesystem::exists(options.path, error))
@@ -172,17 +206,8 @@ void View(const ViewOptions& options) {
                                                    : LoadTrajectory(options.groundtruth);
   ImageSourceOptions range = FrameRange(options.common);
   range.color = true;
-  // Images that the folder names may have changed since: then the map is shown without them.
-  const auto open_recorded = [&]() -> std::unique_ptr<ImageSource> {
-    try {
-      return run.images.empty() ? nullptr : OpenImages(run.images, range);
-    } catch (const InputError& problem) {
-      spdlog::warn("{}: shown without pictures", problem.what());
-      return nullptr;
-    }
-  };
-  const std::unique_ptr<ImageSource> images =
-      options.images.empty() ? open_recorded() : OpenImages(options.images, range);
+  const std::vector<std::unique_ptr<ImageSource>> images =
+      OpenPictures(options, run.saved.recordings, run.images, range);
   const EndSignal end;
   cv::setNumThreads(1);
 
@@ -199,15 +224,18 @@ void View(const ViewOptions& options) {
   Viewer viewer(std::move(viewer_options));
   viewer.ShowMap(std::make_shared<const Map>(run.saved.map), run.saved.trajectory);
   viewer.ShowNotes(run.notes);
-  viewer.ShowStatus(
-      {.live = false, .paused = false, .mapping = false, .dropped = 0, .title = options.path});
+  viewer.ShowStatus({.live = false,
+                     .paused = false,
+                     .mapping = false,
+                     .dropped = 0,
+                     .title = options.path,
+                     .recordings = run.saved.recordings});
   if (run.map_file.empty())
     spdlog::warn("{}: no map file in it (--map), so no landmarks", options.path);
-  std::jthread reader;
-  if (images)
-    reader = std::jthread([&](const std::stop_token& stop) {
-      ReadPictures(*images, FramesWithPictures(run.saved), viewer, stop);
-    });
+  std::jthread reader([&](const std::stop_token& stop) {
+    for (size_t i = 0; i < images.size(); ++i)
+      if (images[i]) ReadPictures(*images[i], FramesWithPictures(run.saved, i), viewer, stop);
+  });
   std::jthread editor;
   if (!run.map_file.empty())
     editor = std::jthread([&](const std::stop_token& stop) {
@@ -235,8 +263,12 @@ void AddViewCommand(CLI::App& app) {
       ->required();
   command->add_option("--map", options->map, "map file that belongs to the folder");
   AddPieceOption(*command, options->piece);
-  command->add_option("--images", options->images,
-                      "images the map was made of: colours, pictures of keyframes and objects");
+  command
+      ->add_option("--images", options->images,
+                   "images the map was made of: colours, pictures of keyframes and objects; "
+                   "repeated for a map of several recordings")
+      ->expected(1)
+      ->take_all();
   command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");
   AddModelOption(*command, options->models);
   command

@@ -19,6 +19,8 @@ struct CameraEstimationOptions {
   // The 35 mm equivalent that cameras and phones write into an image's metadata, 2 to 3000 mm
   // (FocalLength35mm reads it). Only a start value.
   std::optional<double> focal_length_35mm{};
+  // What moves with the camera, as for Slam::SetMask, of the images' size; empty: it is found.
+  cv::Mat mask{};
 };
 
 // The result of estimating a camera from its images.

@@ -73,10 +73,10 @@ class OASLAM_API ImageSource {
 
 // Opens a TUM folder (has rgb.txt), a list file ("timestamp path" or "path" in each line), a folder
 // of images, a video file (OpenVideo) or a camera: "webcam:N", "usb:N", "/dev/videoN" or an address
-// (docs/command.md). Names that are times, as in "1341847980.7.png", give the times and the order of
-// a folder, and of a list without times. With options.follow only a folder of images is allowed,
-// which may still be empty. Throws InputError where the source does not exist or is a pipe, a list is
-// empty, a line has neither form, or the unit of its times is not seconds. FFmpeg writes its own
+// (docs/command.md). Names that are times, as in "1341847980.7.png", give the times and the order
+// of a folder, and of a list without times. With options.follow only a folder of images is allowed,
+// which may still be empty. Throws InputError where the source does not exist or is a pipe, a list
+// is empty, a line has neither form, or the unit of its times is not seconds. FFmpeg writes its own
 // messages about a damaged video to stderr, or to where av_log_set_callback directs them.
 OASLAM_API std::unique_ptr<ImageSource> OpenImages(const std::string& source,
                                                    const ImageSourceOptions& options);

@@ -77,6 +77,7 @@ class OASLAM_API MappingError : public std::runtime_error {
 // | frame numbers, time stamps  | begin anew     | begin anew           | go on         |
 // | the camera                  | begins a map   | is lost, until found | is tracked on |
 // | class names and relations   | kept           | those of the file    | kept          |
+// | NameRecording, SetMask      | kept           | kept                 | kept          |
 // | SetMapping                  | kept           | kept                 | set           |
 // | SetRelocalizationMode       | kept           | kept                 | kept          |
 // | States() handed out before  | go on          | go on                | go on         |
@@ -135,6 +136,18 @@ class OASLAM_API Slam {
   // Names of the detector's categories, saved with the map; by default those of COCO. Load replaces
   // them by those of the file.
   void SetClassNames(std::map<int, std::string> names);
+
+  // What the images given to Process are called, and where they are: saved with the map, which
+  // tells its recordings apart when it is continued with other images.
+  void NameRecording(const std::string& name, const std::string& images);
+
+  // Parts of the images that move with the camera, such as a bonnet or a robot's chassis: nothing
+  // there is used. `mask` is 8-bit grey, of the camera's size; 0 hides. An empty one lets such
+  // parts be found by the images given to Process, as without this call: what does not move while
+  // the rest does, in a connected part, over seconds; a warning says which. One without a 0 hides
+  // nothing, and none is looked for. Throws InputError for a mask of another size or type, or one
+  // that hides all.
+  void SetMask(const cv::Mat& mask);
 
   // Which classes move, and which are parts of others; saved with the map. Objects of classes that
   // move are neither mapped nor tracked: they are removed from the map, and key points in their

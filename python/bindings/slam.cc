@@ -127,6 +127,9 @@ void AddMapping(SlamClass& slam) {
            doc::Slam_SetClassNames)
       .def("set_class_relations", Method(&Slam::SetClassRelations), py::arg("relations"),
            doc::Slam_SetClassRelations)
+      .def("name_recording", Method(&Slam::NameRecording), py::arg("name"), py::arg("images"),
+           doc::Slam_NameRecording)
+      .def("set_mask", Method(&Slam::SetMask), py::arg("mask"), doc::Slam_SetMask)
       .def("presence", Method(&Slam::Presence), doc::Slam_Presence)
       .def("set_metres_per_unit", Method(&Slam::SetMetresPerUnit), py::arg("metres"),
            doc::Slam_SetMetresPerUnit)

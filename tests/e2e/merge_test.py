@@ -35,9 +35,10 @@ class TestMerge(harness.InFolder):
         return harness.read_json(out)
 
     def trajectory_error(self, map_file):
-        out = self.path("exported.txt")
-        must_run("export", "--map", map_file, "--format", "tum", "--out", out)
-        matched = harness.pairs(harness.read_tum(out), harness.read_tum(harness.groundtruth("map_front")))
+        out = self.path("exported")
+        must_run("export", "--map", map_file, "--format", "tum", "--out", out)  # a file for each of the two recordings
+        poses = [pose for name in sorted(os.listdir(out)) for pose in harness.read_tum(os.path.join(out, name))]
+        matched = harness.pairs(poses, harness.read_tum(harness.groundtruth("map_front")))
         return harness.rmse(harness.distances(matched, harness.similarity(matched))), len({tuple(truth) for _, truth in matched})
 
     def test_two_walks_become_one(self):

@@ -61,7 +61,7 @@ export class MapView {
       camera: new CameraLayer(this),
     };
     this.measure = new MeasureTool(this);
-    for (const part of ["map", "path", "notes", "frame", "anchors", "restart"]) store.addEventListener(part, () => this.update(part));
+    for (const part of ["map", "path", "notes", "frame", "anchors", "restart", "status"]) store.addEventListener(part, () => this.update(part));
     new ResizeObserver(() => this.resize()).observe(stage);
     this.renderer.domElement.addEventListener("pointerdown", (event) => (this.pressed = [event.clientX, event.clientY]));
     this.renderer.domElement.addEventListener("pointerup", (event) => this.click(event));

@@ -29,7 +29,9 @@ export interface FrameMessage {
   inliers: number; confidence: number; uncertain?: boolean; ms: { total: number; features: number; track: number; objects: number };
 }
 export interface RunEvent { kind: string; text: string; frame?: number }
-export interface Status { live: boolean; paused: boolean; mapping: boolean; dropped: number; title: string }
+/** It has the frames from `first_frame` on, up to the next one's. */
+export interface Recording { name: string; first_frame: number }
+export interface Status { live: boolean; paused: boolean; mapping: boolean; dropped: number; title: string; recordings?: Recording[] }
 export interface MapSummary { landmarks: number; keyframes: number; loops: number; metric: boolean; up?: Triple }
 export interface Observation { frame: number; score: number; truncated: boolean; camera?: Triple }
 export type Arrays = Record<string, any>; // Float32Array, Uint32Array or Uint8Array

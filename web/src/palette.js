@@ -1,5 +1,6 @@
 export const STATE_COLORS = { initializing: "#8b96a3", tracking: "#4cc38a", relocalized: "#5ab0f5", objects: "#e8b339", lost: "#e5585f", odometry: "#9fb86b", preliminary: "#b7a6f5" };
 export const COLORS = { path: "#5ab0f5", uncertain: "#ff8c42", groundtruth: "#e6e9ed", keyframe: "#5d83ad", covisible: "#51657a", camera: "#ffd166", matched: "#ffd166", measure: "#ff8fa3", anchor: "#ffb454" };
+export const RECORDING_COLORS = [COLORS.path, "#e8d44d", "#c58af9", "#4cc38a", "#e5585f", "#f28fb1"]; // of trajectories
 export const MARKS = { lost: STATE_COLORS.lost, relocalized: STATE_COLORS.relocalized, objects: STATE_COLORS.objects, loop: "#c58af9", reset: "#e6e9ed" }; // of events
 
 // A hue for each class, in the order of their first use; those of the first ones differ most.

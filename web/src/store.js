@@ -122,6 +122,12 @@ export class Store extends EventTarget {
     return this.map.metric ? "m" : "units";
   }
 
+  /** The place of the recording that has a frame. @param {number} frame */
+  recordingOf(frame) {
+    const { recordings = [] } = this.status;
+    return Math.max(0, recordings.findLastIndex((r) => r.first_frame <= frame));
+  }
+
   mappedObjects() {
     return [...this.objects.values()].filter((o) => o.mapped);
   }

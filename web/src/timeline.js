@@ -116,7 +116,10 @@ export class Timeline {
     this.tip.hidden = !note;
     if (!note) return;
     const ms = note.ms > 0 ? ` \u00b7 ${note.ms.toFixed(1)} ms` : "";
-    this.tip.textContent = `frame ${note.frame} \u00b7 ${STATES[note.state]} \u00b7 ${note.inliers} points${ms}`;
+    const { recordings = [] } = this.store.status;
+    const place = this.store.recordingOf(note.frame);
+    const recording = recordings.length > 1 ? `recording ${place + 1} ${recordings[place].name} \u00b7 ` : "";
+    this.tip.textContent = `${recording}frame ${note.frame} \u00b7 ${STATES[note.state]} \u00b7 ${note.inliers} points${ms}`;
     const rect = this.element.getBoundingClientRect();
     this.tip.style.left = `${Math.max(4, Math.min(event.clientX - rect.left + 10, rect.width - this.tip.offsetWidth - 4))}px`;
     if (event.buttons & 1) this.choose(event);

@@ -12,6 +12,7 @@
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/images/focal_metadata.h"
 #include "oaslam/localization/frame_maker.h"
+#include "oaslam/odometry/still_parts.h"
 #include "oaslam/slam.h"
 #include "oaslam/system/slam_access.h"
 #include "oaslam/util/log.h"
@@ -92,6 +93,7 @@ class OASLAM_LOCAL CameraEstimator::Impl {
   CameraEstimate Estimate() {
     if (images_.empty()) throw InputError("camera estimation: no images");
     best_.reset();
+    mask_ = Mask();
     int undetermined = 0;
     for (const Camera& start : Starts()) {
       const Pass pass = Map(start, kRoughSigma);
@@ -121,6 +123,19 @@ class OASLAM_LOCAL CameraEstimator::Impl {
                           : Guess(FocalLengthOf(original_, kUsualFov[0]));
   }
 
+  // Of the images that are kept. It is found once, not in each pass; one that hides nothing if
+  // there is no such part.
+  cv::Mat Mask() const {
+    cv::Mat mask;
+    if (!options_.mask.empty()) {
+      cv::resize(options_.mask, mask, size_, 0, 0, cv::INTER_NEAREST);
+      return mask;
+    }
+    StillParts parts;
+    for (size_t i = 0; i < images_.size(); ++i) parts.Add(ViewOf(images_[i]), times_[i]);
+    return ImageOf(parts.mask(), size_);
+  }
+
   // Pixels are square in the original images.
   Camera Guess(double focal) const {
     return Scaled(WithFocalLength(original_, focal), size_.width, size_.height);
@@ -146,6 +161,7 @@ class OASLAM_LOCAL CameraEstimator::Impl {
     // share.
     constexpr double kNextCheck = 1.35;
     Slam slam(config_, camera);
+    slam.SetMask(mask_);
     const SelfCalibrationOptions quickly{
         .expected = Expected(), .readout_sigma_s = kReadoutSigmaS, .compares_parts = false};
     Pass pass;
@@ -237,6 +253,7 @@ class OASLAM_LOCAL CameraEstimator::Impl {
   CameraEstimationOptions options_;
   cv::Size original_, size_;
   std::vector<cv::Mat> images_;
+  cv::Mat mask_;
   std::vector<double> times_;
   std::optional<Pass> best_;     // from the present images
   std::optional<Camera> found_;  // from earlier images

@@ -119,7 +119,7 @@ void Document::AddLandmarks() {
 void Document::AddTrajectory() {
   std::vector<Eigen::Vector3d> points;
   std::vector<uint32_t> indices;
-  for (const auto& line : SplitAtGaps(FinalTrajectory(saved_)))
+  for (const auto& line : TrajectoryLines(saved_))
     for (size_t i = 0; i < line.size(); ++i) {
       const auto last = static_cast<uint32_t>(points.size());
       if (i > 0) indices.insert(indices.end(), {last - 1, last});

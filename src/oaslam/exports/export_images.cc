@@ -26,13 +26,37 @@ struct KeyframeTime {
   KeyframeId id;
 };
 
-std::vector<KeyframeTime> SortedTimes(const Map& map) {
+std::vector<KeyframeTime> SortedTimes(const SavedMap& saved, size_t recording) {
   std::vector<KeyframeTime> times;
-  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
-    times.push_back({k.timestamp, id});
+  saved.map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
+    if (RecordingOf(saved.recordings, k.frame_index) == recording)
+      times.push_back({k.timestamp, id});
   });
   std::ranges::stable_sort(times, {}, &KeyframeTime::timestamp);
   return times;
+}
+
+size_t RecordingsIn(const SavedMap& saved) { return std::max<size_t>(1, saved.recordings.size()); }
+
+// The folder of a recording in images/, with a slash; empty where it is the only one.
+std::string FolderInImages(const SavedMap& saved, size_t recording) {
+  return RecordingsIn(saved) > 1 ? FileNameOf(saved.recordings, recording) + "/" : "";
+}
+
+void MakeFolder(const fs::path& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error) throw InputError(fmt::format("{}: {}", path.string(), error.message()));
+}
+
+// Makes a link to a folder of images, instead of an earlier one.
+void MakeLink(const fs::path& folder, const fs::path& link) {
+  MakeFolder(link.parent_path());
+  std::error_code error;
+  if (fs::is_symlink(link, error)) fs::remove(link, error);
+  fs::create_directory_symlink(folder, link, error);
+  if (error)
+    throw InputError(fmt::format("{}: no link to the images: {}", link.string(), error.message()));
 }
 
 // The keyframe at a time stamp, the nearest if there are several.
@@ -50,12 +74,14 @@ std::optional<KeyframeId> KeyframeAt(const std::vector<KeyframeTime>& times, dou
 
 KeyframeImages FindListed(const std::vector<KeyframeTime>& times,
                           const std::vector<ListedImage>& listed, const std::string& source,
-                          const std::string& folder) {
+                          const std::string& folder, const std::string& in_images) {
   const auto absolute = [](const fs::path& path) { return fs::absolute(path).lexically_normal(); };
   const fs::path root =
       fs::is_directory(source) ? absolute(source) : absolute(source).parent_path();
   // Symbolic links are resolved, since ".." of a linked folder is that of its target.
   const fs::path real_folder = fs::weakly_canonical(absolute(folder));
+  if (!in_images.empty())
+    MakeLink(root, fs::path(folder) / "images" / in_images.substr(0, in_images.size() - 1));
   KeyframeImages images;
   for (const ListedImage& image : listed) {
     const auto id = KeyframeAt(times, image.timestamp);
@@ -64,23 +90,22 @@ KeyframeImages FindListed(const std::vector<KeyframeTime>& times,
     const std::string name = path.lexically_relative(root).generic_string();
     if (name.empty() || name == ".")
       throw InputError(fmt::format("--images {}: {} is no image", source, image.path));
-    images[*id] = {name,
+    images[*id] = {in_images + name,
                    fs::weakly_canonical(path).lexically_relative(real_folder).generic_string()};
   }
   return images;
 }
 
 KeyframeImages ExtractFrames(const std::vector<KeyframeTime>& times, ImageSource& video,
-                             const std::string& folder) {
+                             const std::string& folder, const std::string& in_images) {
   KeyframeImages images;
   while (const std::optional<InputImage> frame =
              images.size() < times.size() ? video.Next() : std::nullopt) {
     const auto id = KeyframeAt(times, frame->timestamp);
     if (!id || frame->image.empty()) continue;
-    const std::string name = fmt::format("{:06}.png", frame->index);
+    const std::string name = fmt::format("{}{:06}.png", in_images, frame->index);
     const std::string path = folder + "/images/" + name;
-    std::error_code error;
-    fs::create_directories(folder + "/images", error);
+    MakeFolder(fs::path(path).parent_path());
     std::vector<unsigned char> png;
     cv::imencode(".png", frame->image, png);  // imwrite does not notice a full disk
     WriteTextFile(path, {png.begin(), png.end()});
@@ -91,16 +116,18 @@ KeyframeImages ExtractFrames(const std::vector<KeyframeTime>& times, ImageSource
 
 }  // namespace
 
-KeyframeImages ImagesByTime(const Map& map) {
+KeyframeImages ImagesByTime(const SavedMap& saved) {
   KeyframeImages images;
-  std::optional<std::string> last;
-  for (const KeyframeTime& time : SortedTimes(map)) {
-    std::string name = fmt::format("{:.6f}", time.timestamp);
-    if (last == name)
-      name += fmt::format("_{}", time.id.value);  // of another run, whose time stamps overlap
-    else
-      last = name;
-    images[time.id] = {name + ".png", "images/" + name + ".png"};
+  for (size_t recording = 0; recording < RecordingsIn(saved); ++recording) {
+    std::optional<std::string> last;
+    for (const KeyframeTime& time : SortedTimes(saved, recording)) {
+      std::string name = FolderInImages(saved, recording) + fmt::format("{:.6f}", time.timestamp);
+      if (last == name)
+        name += fmt::format("_{}", time.id.value);  // of a recording that is not told apart
+      else
+        last = name;
+      images[time.id] = {name + ".png", "images/" + name + ".png"};
+    }
   }
   return images;
 }
@@ -140,26 +167,27 @@ std::map<LandmarkId, Rgb> ColorsOfLandmarks(const Map& map, const KeyframeImages
   return colors;
 }
 
-KeyframeImages FindImages(const Map& map, const std::string& source,
-                          const ImageSourceOptions& options, const std::string& folder) {
-  const std::vector<KeyframeTime> times = SortedTimes(map);
+namespace {
+
+KeyframeImages FindImages(const std::vector<KeyframeTime>& times, const std::string& source,
+                          const ImageSourceOptions& options, const std::string& folder,
+                          const std::string& in_images) {
   for (size_t i = 1; i < times.size(); ++i)
     if (times[i].timestamp - times[i - 1].timestamp < kSameTime_s)
       throw InputError(
           fmt::format("--images {}: keyframes {} and {} of the map are both of time {:.3f} s, from "
-                      "two runs: their "
-                      "images cannot be told apart",
+                      "two runs: their images cannot be told apart",
                       source, times[i - 1].id.value, times[i].id.value, times[i].timestamp));
   KeyframeImages images;
   // Other tools read the pixels as they are stored, so that rotated images are written, as those of
   // a video are.
   const bool are_files_right = options.orientation == Orientation::kStored;
   if (const auto listed = ListImages(source, options); listed && are_files_right)
-    images = FindListed(times, *listed, source, folder);
+    images = FindListed(times, *listed, source, folder, in_images);
   else if (IsCamera(source))
     throw InputError(fmt::format("--images {}: a camera does not keep its images", source));
   else
-    images = ExtractFrames(times, *OpenImages(source, options), folder);
+    images = ExtractFrames(times, *OpenImages(source, options), folder, in_images);
   if (images.empty())
     throw InputError(
         fmt::format("--images {}: no image is of the time of a keyframe ({:.3f} s to {:.3f} s); "
@@ -168,6 +196,17 @@ KeyframeImages FindImages(const Map& map, const std::string& source,
   if (images.size() < times.size())
     Log(LogLevel::kWarning, fmt::format("{}: {} of {} keyframes have no image, left out", source,
                                         times.size() - images.size(), times.size()));
+  return images;
+}
+
+}  // namespace
+
+KeyframeImages FindImages(const SavedMap& saved, const std::vector<std::string>& sources,
+                          const ImageSourceOptions& options, const std::string& folder) {
+  KeyframeImages images;
+  for (size_t i = 0; i < sources.size(); ++i)
+    if (const auto times = SortedTimes(saved, i); !times.empty())
+      images.merge(FindImages(times, sources[i], options, folder, FolderInImages(saved, i)));
   return images;
 }
 

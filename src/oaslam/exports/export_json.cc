@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "oaslam/error.h"
 #include "oaslam/exports/map_export.h"
 #include "oaslam/exports/map_scene.h"
 #include "oaslam/formats/json_text.h"
@@ -52,12 +54,13 @@ Json CameraJson(const Camera& c) {
           {"is_guess", c.is_guess}};
 }
 
-Json KeyframeJson(KeyframeId id, const Keyframe& k) {
+Json KeyframeJson(KeyframeId id, const Keyframe& k, size_t recording) {
   Json keypoints = Json::array();
   for (const Keypoint& point : k.features->keypoints)
     keypoints.push_back({Pixel(point.px.x()), Pixel(point.px.y()), point.octave});
   return {{"id", id.value},
           {"frame_index", k.frame_index},
+          {"recording", recording + 1},
           {"timestamp", k.timestamp},
           {"camera", k.camera},
           {"world_from_cam", Pose(k.cam_from_world.Inverse())},
@@ -121,6 +124,10 @@ Json HeadJson(const SavedMap& saved) {
   json["classes"] = {{"parts", Json::object()}, {"movable", saved.map.classes.movable}};
   for (const auto& [part, whole] : saved.map.classes.whole_of)
     json["classes"]["parts"][std::to_string(part)] = whole;
+  json["recordings"] = Json::array();
+  for (const MapRecording& r : saved.recordings)
+    json["recordings"].push_back(
+        {{"name", r.name}, {"images", r.images}, {"first_frame", r.first_frame}});
   json["cameras"] = Json::array();
   for (const Camera& camera : saved.map.cameras) json["cameras"].push_back(CameraJson(camera));
   return json;
@@ -153,8 +160,9 @@ void ExportJson(const std::string& path, const SavedMap& saved) {
   text.pop_back();
   {
     List list(text, "keyframes");
-    saved.map.keyframes.ForEach(
-        [&](KeyframeId id, const Keyframe& keyframe) { list.Add(KeyframeJson(id, keyframe)); });
+    saved.map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
+      list.Add(KeyframeJson(id, keyframe, RecordingOf(saved.recordings, keyframe.frame_index)));
+    });
   }
   {
     List list(text, "landmarks");
@@ -171,6 +179,7 @@ void ExportJson(const std::string& path, const SavedMap& saved) {
     for (const FramePose& frame : saved.trajectory)
       if (const auto reference = saved.map.ResolvePose(frame.reference)) {
         Json json = {{"frame_index", frame.frame_index},
+                     {"recording", RecordingOf(saved.recordings, frame.frame_index) + 1},
                      {"timestamp", frame.timestamp},
                      {"state", ToString(frame.state)}};
         json.update(Pose((frame.cam_from_reference * *reference).Inverse()));
@@ -181,7 +190,26 @@ void ExportJson(const std::string& path, const SavedMap& saved) {
 }
 
 void ExportTum(const std::string& path, const SavedMap& saved) {
-  SaveTrajectory(path, FinalTrajectory(saved));
+  std::vector<std::vector<StampedPose>> all = FinalTrajectories(saved);
+  std::erase_if(all, [](const auto& poses) { return poses.empty(); });
+  std::ranges::stable_sort(all, {}, [](const auto& poses) { return poses.front().timestamp; });
+  std::vector<StampedPose> joined;
+  for (const std::vector<StampedPose>& poses : all) {
+    if (!joined.empty() && poses.front().timestamp <= joined.back().timestamp)
+      throw InputError(
+          fmt::format("{}: the map is of {} recordings whose times overlap: {}. Choose one by "
+                      "--recording, or give --out a folder, for a file of each",
+                      path, saved.recordings.size(), Describe(saved.recordings)));
+    joined.insert(joined.end(), poses.begin(), poses.end());
+  }
+  SaveTrajectory(path, joined);
+}
+
+void ExportTumFiles(const std::string& folder, const SavedMap& saved) {
+  const std::vector<std::vector<StampedPose>> all = FinalTrajectories(saved);
+  for (size_t i = 0; i < all.size(); ++i)
+    if (!all[i].empty())
+      SaveTrajectory(fmt::format("{}/{}.txt", folder, FileNameOf(saved.recordings, i)), all[i]);
 }
 
 }  // namespace oaslam

@@ -80,8 +80,8 @@ void WriteObjects(ObjWriter& obj, const std::vector<ExportedObject>& objects) {
   }
 }
 
-void WriteTrajectory(ObjWriter& obj, const std::vector<StampedPose>& poses) {
-  const auto lines = SplitAtGaps(poses);
+void WriteTrajectory(ObjWriter& obj, const SavedMap& saved) {
+  const auto lines = TrajectoryLines(saved);
   if (lines.empty()) return;
   obj.Begin("trajectory", "trajectory");
   uint32_t first = 0;
@@ -114,7 +114,7 @@ void ExportObj(const std::string& path, const SavedMap& saved) {
     });
     for (uint32_t i = 0; i < count; ++i) obj.Element('p', i, i + 1);
   }
-  WriteTrajectory(obj, FinalTrajectory(saved));
+  WriteTrajectory(obj, saved);
   const double depth = FrustumDepth(map);
   map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
     obj.Begin(fmt::format("keyframe_{}", id.value), "keyframes");

@@ -23,8 +23,11 @@ void ExportPly(const std::string& path, const SavedMap& saved, bool ellipsoids);
 void ExportObj(const std::string& path, const SavedMap& saved);
 void ExportGltf(const std::string& path, const SavedMap& saved);
 
-// Final poses of all frames; of the keyframes where the map has no trajectory.
+// Final poses of all frames; of the keyframes where the map has no trajectory. The times of several
+// recordings must not overlap.
 void ExportTum(const std::string& path, const SavedMap& saved);
+// The same as a file for each recording (FileNameOf, .txt).
+void ExportTumFiles(const std::string& folder, const SavedMap& saved);
 
 // The content of the map, without what only the system itself needs (docs/export.md lists it).
 void ExportJson(const std::string& path, const SavedMap& saved);
@@ -37,13 +40,14 @@ struct KeyframeImage {
 using KeyframeImages = std::map<KeyframeId, KeyframeImage>;
 
 // Names for images that are not given: by time stamp, such as 1341847980.722988.png, in images/ of
-// the exported folder.
-KeyframeImages ImagesByTime(const Map& map);
-// Finds the images of `source` (OpenImages) whose time stamps are those of keyframes. Images of a
-// video, and rotated ones, are written to images/ of `folder`. Keyframes without an image are left
-// out, with a warning. Throws InputError when no keyframe has an image, or two keyframes have the
-// same time.
-KeyframeImages FindImages(const Map& map, const std::string& source,
+// the exported folder. Of several recordings each has a folder there (FileNameOf).
+KeyframeImages ImagesByTime(const SavedMap& saved);
+// Finds the images of each recording's source (OpenImages) whose time stamps are those of its
+// keyframes. Images of a video, and rotated ones, are written to images/ of `folder`; of several
+// recordings each has a folder there, or a link to its images. Keyframes without an image are left
+// out, with a warning. Throws InputError when no keyframe of a recording has an image, or two have
+// the same time.
+KeyframeImages FindImages(const SavedMap& saved, const std::vector<std::string>& sources,
                           const ImageSourceOptions& options, const std::string& folder);
 
 // The mean colour of the pixels that show each landmark, in those of the images that exist; grey

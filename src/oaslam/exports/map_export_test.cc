@@ -97,7 +97,7 @@ TEST_P(ColmapExport, ObservationsAreInThePixelsOfTheCameraModel) {
   const auto& [model, camera] = GetParam();
   const SavedMap saved = ExactMap({camera});
   const TempFolder folder;
-  ExportColmap(folder.path(), saved, ImagesByTime(saved.map));
+  ExportColmap(folder.path(), saved, ImagesByTime(saved));
 
   std::istringstream fields(ContentLines(folder.Read("cameras.txt")).at(0));
   std::string id, written_model, width, height;
@@ -170,7 +170,7 @@ TEST(MapExport, NerfstudioHasIntrinsicsAFrameForSeveralCameras) {
                  .distortion = {-0.2, 0.05, 0.001, -0.002, 0.01}};
   const SavedMap saved = ExactMap({a, b});
   const TempFolder folder;
-  ExportNerfstudio(folder.path(), saved, ImagesByTime(saved.map));
+  ExportNerfstudio(folder.path(), saved, ImagesByTime(saved));
   const auto json = nlohmann::json::parse(folder.Read("transforms.json"));
   EXPECT_FALSE(json.contains("fl_x"));
   ASSERT_EQ(json["frames"].size(), 4U);
@@ -186,9 +186,8 @@ TEST(MapExport, NerfstudioHasIntrinsicsAFrameForSeveralCameras) {
                                              .fy = 300,
                                              .cx = 319,
                                              .cy = 240}});
-  EXPECT_THAT(
-      InputErrorOf([&] { ExportNerfstudio(folder.path(), mixed, ImagesByTime(mixed.map)); }),
-      HasSubstr("fisheye"));
+  EXPECT_THAT(InputErrorOf([&] { ExportNerfstudio(folder.path(), mixed, ImagesByTime(mixed)); }),
+              HasSubstr("fisheye"));
 }
 
 TEST(MapExport, ImagesByTimeAreUnique) {
@@ -196,12 +195,41 @@ TEST(MapExport, ImagesByTimeAreUnique) {
       ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
   saved.map.keyframes.MutableAt(KeyframeId(4)).timestamp = 0;  // another run that began at 0, too
   std::vector<std::string> names;
-  for (const auto& [id, image] : ImagesByTime(saved.map)) names.push_back(image.name);
+  for (const auto& [id, image] : ImagesByTime(saved)) names.push_back(image.name);
   EXPECT_THAT(names, ElementsAre("0.000000.png", "0.000000_4.png", "1.000000.png", "1.500000.png"));
   const TempFolder folder;
   const std::string list = folder.Write("rgb.txt", "0.0 a.png\n");
-  EXPECT_THAT(InputErrorOf([&] { FindImages(saved.map, list, {}, folder.path()); }),
+  EXPECT_THAT(InputErrorOf([&] { FindImages(saved, {list}, {}, folder.path()); }),
               HasSubstr("two runs"));
+}
+
+// Two films that both begin at 0 s.
+TEST(MapExport, RecordingsAreNotMixed) {
+  SavedMap saved =
+      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  saved.recordings = {{"a", "", 0}, {"b", "", 2}};
+  for (const uint32_t id : {7U, 10U}) saved.map.keyframes.MutableAt(KeyframeId(id)).timestamp -= 1;
+  const TempFolder folder;
+  const std::string a = folder.Write("a/rgb.txt", "0.0 rgb/a0.png\n0.5 rgb/a1.png\n"),
+                    b = folder.Write("b/rgb.txt", "0.0 b0.png\n0.5 b1.png\n");
+  std::vector<std::string> names;
+  for (const auto& [id, image] : FindImages(saved, {a, b}, {}, folder / "out"))
+    names.push_back(image.name + " " + image.path);
+  EXPECT_THAT(names, ElementsAre("1-a/rgb/a0.png ../a/rgb/a0.png", "1-a/rgb/a1.png ../a/rgb/a1.png",
+                                 "2-b/b0.png ../b/b0.png", "2-b/b1.png ../b/b1.png"));
+  EXPECT_TRUE(std::filesystem::equivalent(folder / "out/images/1-a", folder / "a"));
+  FindImages(saved, {b, a}, {}, folder / "out");  // the links are replaced
+  EXPECT_TRUE(std::filesystem::equivalent(folder / "out/images/1-a", folder / "b"));
+  EXPECT_EQ(ImagesByTime(saved).at(KeyframeId(7)).name, "2-b/0.000000.png");
+  EXPECT_THAT(InputErrorOf([&] { ExportTum(folder / "ab.txt", saved); }),
+              HasSubstr("2 recordings whose times overlap: 1 (a), 2 (b)"));
+  ExportTumFiles(folder.path(), saved);
+  EXPECT_EQ(LoadTrajectory(folder / "1-a.txt").size(), 2U);
+  EXPECT_NEAR(LoadTrajectory(folder / "2-b.txt").at(1).world_from_cam.translation.x(),
+              saved.map.keyframes.At(KeyframeId(10)).cam_from_world.Inverse().translation.x(),
+              1e-8);
+  ExportTum(folder / "b.txt", OfRecording(saved, 1));
+  EXPECT_EQ(folder.Read("b.txt"), folder.Read("2-b.txt"));
 }
 
 TEST(MapExport, ImagesOfAListAreFoundByTime) {
@@ -210,12 +238,12 @@ TEST(MapExport, ImagesOfAListAreFoundByTime) {
   const TempFolder folder;
   const std::string list = folder.Write(
       "seq/rgb.txt", "0.0 rgb/a.png\n0.4 rgb/b.png\n0.50001 rgb/c.png\n1.0 rgb/d.png\n");
-  const KeyframeImages images = FindImages(saved.map, list, {}, folder / "out");
+  const KeyframeImages images = FindImages(saved, {list}, {}, folder / "out");
   ASSERT_EQ(images.size(), 3U);  // nothing at 1.5 s
   EXPECT_EQ(images.at(KeyframeId(4)).name, "rgb/c.png");
   EXPECT_EQ(images.at(KeyframeId(4)).path, "../seq/rgb/c.png");
   EXPECT_THAT(InputErrorOf([&] {
-                FindImages(saved.map, folder.Write("other.txt", "7.0 a.png\n"), {}, folder.path());
+                FindImages(saved, {folder.Write("other.txt", "7.0 a.png\n")}, {}, folder.path());
               }),
               HasSubstr("--fps"));
 }
@@ -230,7 +258,7 @@ TEST(MapExport, ImagesOfAListWithAbsolutePathsAndALinkedFolder) {
   const std::string list = folder.Write("seq/rgb.txt", "0.5 " + (folder / "seq/rgb/c.png") + "\n");
   const std::string relative_list = std::filesystem::relative(list).string();
   const KeyframeImage image =
-      FindImages(saved.map, relative_list, {}, folder / "link").at(KeyframeId(4));
+      FindImages(saved, {relative_list}, {}, folder / "link").at(KeyframeId(4));
   EXPECT_EQ(image.name, "rgb/c.png");
   EXPECT_EQ(folder.Read("link/" + image.path), "c");  // leads to the image
 }
@@ -243,7 +271,7 @@ TEST(MapExport, TurnedImagesAreWritten) {
   folder.Write("seq/a.jpg", JpegWithExif(image, {.orientation = 6}));
   const std::string list = folder.Write("seq/rgb.txt", "0.0 no.jpg\n0.5 a.jpg\n");
   const KeyframeImages images =
-      FindImages(saved.map, list, {.orientation = Orientation::kUpright}, folder / "out");
+      FindImages(saved, {list}, {.orientation = Orientation::kUpright}, folder / "out");
   ASSERT_EQ(images.size(), 1U);
   EXPECT_EQ(images.at(KeyframeId(4)).path, "images/000001.png");
   EXPECT_EQ(ReadImage(folder / "out/images/000001.png", true).size(), cv::Size(48, 64));
@@ -253,7 +281,7 @@ TEST(MapExport, ColmapHasNoNamesWithBlanks) {
   const SavedMap saved =
       ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
   const TempFolder folder;
-  KeyframeImages images = ImagesByTime(saved.map);
+  KeyframeImages images = ImagesByTime(saved);
   images.at(KeyframeId(4)).name = "rgb/a b.png";
   EXPECT_THAT(InputErrorOf([&] { ExportColmap(folder.path(), saved, images); }),
               HasSubstr("rgb/a b.png"));
@@ -268,7 +296,7 @@ TEST(MapExport, NamesThatAreNotUtf8AreReplaced) {
   object.state = ObjectState::kMapped;
   object.ellipsoid.half_axes = Eigen::Vector3d::Ones();
   saved.map.objects.Insert(ObjectId(1), object);
-  KeyframeImages images = ImagesByTime(saved.map);
+  KeyframeImages images = ImagesByTime(saved);
   images.at(KeyframeId(4)).path = "caf\xE9.png";
   const TempFolder folder;
   ExportNerfstudio(folder.path(), saved, images);
@@ -307,7 +335,7 @@ TEST(MapExport, ColorsAreThoseOfThePixels) {
                                           .cy = 240,
                                           .distortion = {-0.05, 0.01, 0, 0, 0}}});
   const TempFolder folder;
-  KeyframeImages images = ImagesByTime(saved.map);
+  KeyframeImages images = ImagesByTime(saved);
   // Left of the middle red, right of it blue, in binary PPM.
   std::string ppm = "P6\n640 480\n255\n";
   for (int y = 0; y < 480; ++y)
@@ -323,7 +351,7 @@ TEST(MapExport, ColorsAreThoseOfThePixels) {
     if (std::abs(x - 319) < 3) continue;
     EXPECT_EQ(colors.at(keyframe.landmarks[i]), x < 319 ? (Rgb{200, 0, 0}) : (Rgb{0, 0, 200})) << x;
   }
-  EXPECT_EQ(ColorsOfLandmarks(saved.map, ImagesByTime(saved.map), folder.path()).begin()->second,
+  EXPECT_EQ(ColorsOfLandmarks(saved.map, ImagesByTime(saved), folder.path()).begin()->second,
             kLandmarkColor);
 }
 
@@ -341,7 +369,7 @@ TEST(MapExport, EveryMapCanBeWritten) {
     ExportGltf(folder / "a.glb", saved);
     ExportJson(folder / "a.json", saved);
     ExportTum(folder / "a.txt", saved);
-    ExportColmap(folder.path(), saved, ImagesByTime(saved.map));
+    ExportColmap(folder.path(), saved, ImagesByTime(saved));
     const auto gltf = nlohmann::json::parse(folder.Read("a.gltf"));
     EXPECT_EQ(gltf["asset"]["version"], "2.0");
     const auto json = nlohmann::json::parse(folder.Read("a.json"));

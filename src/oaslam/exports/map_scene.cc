@@ -1,5 +1,6 @@
 #include "oaslam/exports/map_scene.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -48,9 +49,28 @@ std::vector<ExportedObject> ExportedObjects(const SavedMap& saved) {
   return objects;
 }
 
-std::vector<StampedPose> FinalTrajectory(const SavedMap& saved) {
-  std::vector<StampedPose> poses = WorldPoses(saved.map, saved.trajectory);
-  return poses.empty() ? KeyframePoses(saved.map) : poses;
+std::vector<std::vector<StampedPose>> FinalTrajectories(const SavedMap& saved) {
+  const size_t count = std::max<size_t>(1, saved.recordings.size());
+  const auto of = [&](int frame) { return RecordingOf(saved.recordings, frame); };
+  std::vector<std::vector<FramePose>> frames(count);
+  for (const FramePose& frame : saved.trajectory) frames[of(frame.frame_index)].push_back(frame);
+  std::vector<std::vector<StampedPose>> poses(count), keyframes(count);
+  saved.map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) {
+    keyframes[of(k.frame_index)].push_back({k.timestamp, k.cam_from_world.Inverse()});
+  });
+  for (size_t i = 0; i < count; ++i) {
+    poses[i] = WorldPoses(saved.map, frames[i]);
+    if (poses[i].empty()) poses[i] = std::move(keyframes[i]);
+    std::ranges::stable_sort(poses[i], {}, &StampedPose::timestamp);
+  }
+  return poses;
+}
+
+std::vector<std::vector<StampedPose>> TrajectoryLines(const SavedMap& saved) {
+  std::vector<std::vector<StampedPose>> lines;
+  for (const std::vector<StampedPose>& poses : FinalTrajectories(saved))
+    for (std::vector<StampedPose>& line : SplitAtGaps(poses)) lines.push_back(std::move(line));
+  return lines;
 }
 
 Eigen::Matrix3d YUpFromWorld(const Map& map) {

@@ -26,9 +26,11 @@ struct ExportedObject {
 // The mapped objects, ascending by id.
 std::vector<ExportedObject> ExportedObjects(const SavedMap& saved);
 
-// Final poses of the frames, run after run; those of the keyframes, by time, where the
-// map has no trajectory.
-std::vector<StampedPose> FinalTrajectory(const SavedMap& saved);
+// Final poses of the frames of each recording, by time; those of the keyframes where it has no
+// trajectory.
+std::vector<std::vector<StampedPose>> FinalTrajectories(const SavedMap& saved);
+// The same as lines without gaps.
+std::vector<std::vector<StampedPose>> TrajectoryLines(const SavedMap& saved);
 
 // Rotations from the map's frame to one with y or z up.
 Eigen::Matrix3d YUpFromWorld(const Map& map);

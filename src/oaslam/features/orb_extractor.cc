@@ -92,6 +92,14 @@ std::vector<Corner> OrbExtractor::DetectCorners(const GreyImage& image) {
     c.x += kFastBorder;
     c.y += kFastBorder;
   }
+  const auto is_hidden = [&](int x, int y) {
+    return mask_.Hides((x + 0.5) / image.width, (y + 0.5) / image.height);
+  };
+  constexpr int kReach = kBorder / 2;  // most of the patch that is described
+  std::erase_if(corners, [&](const Corner& c) {
+    return is_hidden(c.x, c.y) || is_hidden(c.x - kReach, c.y) || is_hidden(c.x + kReach, c.y) ||
+           is_hidden(c.x, c.y - kReach) || is_hidden(c.x, c.y + kReach);
+  });
   return corners;
 }
 

@@ -6,6 +6,7 @@
 #include "oaslam/config.h"
 #include "oaslam/features/features.h"
 #include "oaslam/features/grey_image.h"
+#include "oaslam/features/image_mask.h"
 #include "oaslam/features/orb_kernels.h"
 #include "oaslam/geometry/ideal_image.h"
 
@@ -20,6 +21,8 @@ class OrbExtractor {
   // `image` has the camera's size. `count`: about how many key points. Not const, since buffers are
   // reused.
   Features Extract(const GreyImage& image, int count);
+  // No key points from now on whose patch reaches into what the mask hides.
+  void SetMask(const ImageMask& mask) { mask_ = mask; }
   // A copy of the image that was given last, at the resolution of the lowest level.
   GreyBuffer WorkingImage(const GreyImage& image) const;
   // No key points, with the same pyramid and bounds.
@@ -33,6 +36,7 @@ class OrbExtractor {
   Camera camera_;
   PyramidScales pyramid_;
   IdealImage ideal_image_;
+  ImageMask mask_;
   std::vector<GreyBuffer> levels_;  // those that are large enough for key points
   GreyBuffer blurred_;
   std::vector<uint8_t> scores_;

@@ -53,6 +53,22 @@ TEST(OrbExtractor, KeyPointsBeyondTheLensModelAreNotUsed) {
   }
 }
 
+TEST(OrbExtractor, NothingIsUsedThatAMaskHides) {
+  GreyBuffer visible(4, 4);  // the lowest quarter is hidden
+  for (int y = 0; y < 3; ++y) std::fill_n(visible.Row(y), 4, uint8_t{255});
+  OrbExtractor orb({}, kCamera);
+  orb.SetMask(ImageMask(visible.view()));
+  const Features f = orb.Extract(Scene(1).view(), 1000);
+  EXPECT_NEAR(f.size(), 1000, 60);  // the rest gets as many
+  float lowest = 0;
+  for (const Keypoint& k : f.keypoints) lowest = std::max(lowest, k.px.y());
+  EXPECT_LT(lowest, 360);
+  EXPECT_GT(lowest, 330);
+  orb.SetMask({});
+  EXPECT_EQ(orb.Extract(Scene(1).view(), 1000).descriptors,
+            OrbExtractor({}, kCamera).Extract(Scene(1).view(), 1000).descriptors);
+}
+
 TEST(OrbExtractor, TheSameImageGivesTheSameFeatures) {
   OrbExtractor orb({}, kCamera);
   const Features a = orb.Extract(Scene(2).view(), 500), b = orb.Extract(Scene(2).view(), 500);

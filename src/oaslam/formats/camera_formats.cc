@@ -108,6 +108,7 @@ struct Reader {
       const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "";
       const auto is_known = [&](const char* other) { return key == other; };
       const auto begins = [&](const char* other) { return key.starts_with(other); };
+      if (key == "mask") continue;  // ours (camera_mask)
       if (std::ranges::any_of(known, is_known) || std::ranges::any_of(rest, begins)) continue;
       throw InputError(
           fmt::format("{}: {}{}: {}, a key that is not understood; known: {}. If it says nothing "

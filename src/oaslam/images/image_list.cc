@@ -10,6 +10,7 @@
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/time_unit.h"
+#include "oaslam/images/camera_source.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/video_container.h"
 #include "oaslam/images/video_source.h"
@@ -173,7 +174,7 @@ std::optional<std::vector<ListedImage>> ListAll(const std::string& source,
 std::vector<std::string> NamesOfImages(const std::string& source,
                                        const ImageSourceOptions& options) {
   std::vector<std::string> names;
-  if (options.follow || source.starts_with("webcam:")) return names;
+  if (options.follow || IsCamera(source)) return names;
   ImageSourceOptions quiet = options;
   quiet.quiet = true;
   if (const auto images = ListAll(source, quiet)) {

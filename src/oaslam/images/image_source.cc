@@ -41,7 +41,6 @@ class ListSource : public ImageSource {
   int next_ = 0;
 };
 
-
 void CheckOptions(const ImageSourceOptions& options) {
   if (options.from < 0)
     throw InputError(fmt::format("--from {}: allowed: 0 and above", options.from));

@@ -49,6 +49,28 @@ GreyImage ViewOf(const cv::Mat& grey) {
   return {grey.data, static_cast<std::ptrdiff_t>(grey.step), grey.cols, grey.rows};
 }
 
+cv::Mat ImageOf(const ImageMask& mask, const cv::Size& size) {
+  cv::Mat image(size, CV_8UC1);
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x)
+      image.at<uint8_t>(y, x) =
+          mask.Hides((x + 0.5) / size.width, (y + 0.5) / size.height) ? 0 : 255;
+  return image;
+}
+
+void EraseHidden(const ImageMask& mask, const cv::Size& size, std::vector<Detection>& detections) {
+  if (mask.HiddenShare() == 0) return;
+  std::erase_if(detections, [&](const Detection& d) {
+    constexpr int kSteps = 16;  // in each direction
+    int hidden = 0;
+    for (int i = 0; i < kSteps; ++i)
+      for (int j = 0; j < kSteps; ++j)
+        hidden += mask.Hides((d.box.x1 + (i + 0.5) / kSteps * d.box.Width()) / size.width,
+                             (d.box.y1 + (j + 0.5) / kSteps * d.box.Height()) / size.height);
+    return 2 * hidden > kSteps * kSteps;
+  });
+}
+
 void CheckConfig(const SlamConfig& config) {
   const std::vector<std::string> problems = config.Validate();
   if (!problems.empty())

@@ -59,14 +59,7 @@ OdometryEstimate Odometry::Process(const GreyImage& image, double time_s,
   if (!window_.images.empty()) ProcessNext(time_s, estimate);
   if (estimate.state == OdometryState::kBlind) {
     // What comes after has no known place: it begins anew, with this image.
-    ++run_;
-    window_ = {};
-    is_beginning_ = true;
-    leader_.reset();
-    keyframes_.clear();
-    is_doubtful_ = false;
-    doubt_ = 0;
-    last_motions_.clear();
+    BeginAnew();
   }
   if (window_.images.empty()) {
     BeginFirst(time_s);
@@ -87,6 +80,22 @@ OdometryEstimate Odometry::Process(const GreyImage& image, double time_s,
   if (keyframes_.size() > kKept) keyframes_.erase(keyframes_.begin());
   Forget();
   return estimate;
+}
+
+void Odometry::BeginAnew() {
+  ++run_;
+  window_ = {};
+  is_beginning_ = true;
+  leader_.reset();
+  keyframes_.clear();
+  is_doubtful_ = false;
+  doubt_ = 0;
+  last_motions_.clear();
+}
+
+void Odometry::SetMask(const ImageMask& mask) {
+  mask_ = mask;
+  if (!window_.images.empty()) BeginAnew();
 }
 
 void Odometry::ProcessNext(double time_s, OdometryEstimate& estimate) {
@@ -247,8 +256,8 @@ int Odometry::Follow(const Rigid3& predicted) {
   int followed = 0;
   for (size_t k = 0; k < places.size(); ++k) {
     WindowPoint& p = window_.points[indices[k]];
-    p.is_tracked = places[k].has_value();
-    if (!places[k]) continue;
+    p.is_tracked = places[k] && !IsHidden(*places[k]);
+    if (!p.is_tracked) continue;
     p.px = *places[k];
     p.sightings.push_back({newest.id, p.px, RayAt(p.px)});
     ++followed;

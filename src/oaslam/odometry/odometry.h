@@ -9,6 +9,7 @@
 
 #include "oaslam/angular_velocity.h"
 #include "oaslam/camera.h"
+#include "oaslam/features/image_mask.h"
 #include "oaslam/odometry/beginning.h"
 #include "oaslam/odometry/corners.h"
 #include "oaslam/odometry/grey_pyramid.h"
@@ -74,6 +75,8 @@ class Odometry {
   // ahead of the camera's.
   OdometryEstimate Process(const GreyImage& image, double time_s,
                            std::span<const AngularVelocity> angular_velocity = {});
+  // No point from now on that the mask hides: the motion begins anew, if there is one.
+  void SetMask(const ImageMask& mask);
   // Of the points in the newest image whose depth is known to a third.
   std::vector<OdometryDepth> Depths() const;
   const Gyroscope& gyroscope() const { return gyroscope_; }
@@ -103,6 +106,10 @@ class Odometry {
   void Forget();
   void LearnGyroscope(const OdometryEstimate& estimate);
   bool IsUncertain(double elapsed, double share_of_inliers);
+  void BeginAnew();
+  bool IsHidden(const Eigen::Vector2f& px) const {
+    return mask_.Hides((px.x() + 0.5) / camera_.width, (px.y() + 0.5) / camera_.height);
+  }
 
   Camera camera_;  // of the tracked image
   int halvings_ = 0;
@@ -128,6 +135,7 @@ class Odometry {
   int keyframe_id_ = -1;
   std::vector<Motion> last_motions_;  // of the two newest images, as they were given
   Gyroscope gyroscope_;
+  ImageMask mask_;
   bool is_sure_ = false;  // the newest image fits well
 };
 

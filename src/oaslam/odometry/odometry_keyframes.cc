@@ -59,6 +59,7 @@ void Odometry::AddPoints() {
   }
   const double median = window_.median_inverse_depth;
   for (const Eigen::Vector2f& px : FindCorners(present_->level(0), tracked, options_.grid)) {
+    if (IsHidden(px)) continue;
     WindowPoint point{newest.id, px, RayAt(px)};
     point.px = px;
     point.inverse_depth = median;

@@ -146,6 +146,10 @@ MapMerging MergeMaps(const SavedMap& a, const SavedMap& b, RelocalizationMode mo
   SavedMap merged = a;
   merged.class_names = NamesOfBoth(a.class_names, b.class_names);
   const ClassRelations relations = RelationsOfBoth(a.map.classes, b.map.classes);
+  for (MapRecording recording : b.recordings) {
+    recording.first_frame += numbers.first_frame;
+    merged.recordings.push_back(std::move(recording));
+  }
   merged.map.cameras = numbers.cameras;
   for (Piece& piece : merged.pieces) piece.map.cameras = numbers.cameras;
   const Piece here{merged.map, WithKeyframes(a.trajectory, a.map)};

@@ -6,6 +6,7 @@
 
 #include "oaslam/class_names.h"
 #include "oaslam/map/piece.h"
+#include "oaslam/storage/recordings.h"
 #include "oaslam/trajectory_file.h"
 
 namespace oaslam {
@@ -18,6 +19,7 @@ struct SavedMap {
   // Pieces that could not be joined with the map, largest first; no two of them, nor the map, share
   // an id.
   std::vector<Piece> pieces{};
+  MapRecordings recordings{};  // of the map and its pieces
 };
 
 // The number of frames that the map, its pieces and their trajectories refer to: one more than the
@@ -28,8 +30,9 @@ int FramesOf(const SavedMap& saved);
 // map.
 std::vector<StampedPose> WorldPoses(const Map& map, const std::vector<FramePose>& frames,
                                     int first_frame = std::numeric_limits<int>::min());
-// The poses of the keyframes, by time.
-std::vector<StampedPose> KeyframePoses(const Map& map);
+// The poses of the keyframes of these frames, by time.
+std::vector<StampedPose> KeyframePoses(const Map& map,
+                                       int first_frame = std::numeric_limits<int>::min());
 
 // Writes one SQLite file under another name and renames it to `path`, so that a crash leaves the
 // old one intact (docs/formats.md has the schema). Equal maps give equal content:
@@ -40,8 +43,12 @@ void SaveMap(const std::string& path, const SavedMap& saved);
 // The map file that a path names: map.oaslam in a folder of results, else the path itself.
 std::string MapFileAt(const std::string& path);
 
+// Whether it is a map file (MapFileAt), of whatever format, and not text.
+bool IsMapFile(const std::string& path);
+
 // Loads a map file (MapFileAt) after verifying application id, version, integrity, content checksum
-// and the map's invariants. Throws InputError.
+// and the map's invariants. Recordings of files that do not name them are those of
+// RecordingsByTime. Throws InputError.
 SavedMap LoadMap(const std::string& path);
 // Exchanges the map with one of the pieces: 0 is the map itself, the others are counted from 1.
 // Throws InputError naming `path` where there is no such piece.

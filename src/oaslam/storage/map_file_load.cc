@@ -7,6 +7,7 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -44,10 +45,11 @@ void CheckKind(SQLite::Database& database) {
   }
   if (application != kMapApplicationId) throw SQLite::Exception("is no map file of oaslam");
   const int64_t version = database.execAndGet("PRAGMA user_version").getInt64();
-  if (version != kMapFormatVersion)
+  if (version < kOldestMapFormatVersion || version > kMapFormatVersion)
     throw SQLite::Exception(
-        fmt::format("is a map of format {}, this program reads format {} only{}", version,
-                    kMapFormatVersion, version > kMapFormatVersion ? ": use a newer oaslam" : ""));
+        fmt::format("is a map of format {}, this program reads formats {} to {} only{}", version,
+                    kOldestMapFormatVersion, kMapFormatVersion,
+                    version > kMapFormatVersion ? ": use a newer oaslam" : ""));
 }
 
 // No two pieces may share an id, so that they can be joined.
@@ -152,6 +154,8 @@ void ReadPart(SQLite::Database& database, const MapPart& part, SavedMap& saved) 
     ReadObjects(database, checksum, saved.map);
   } else if (part.name == "trajectory") {
     ReadTrajectory(database, checksum, saved);
+  } else if (part.name == "recordings") {
+    ReadRecordings(database, checksum, saved);
   } else if (part.name == "class_names") {
     ReadClassNames(database, checksum, saved);
   } else if (part.name == "anchors") {
@@ -174,6 +178,7 @@ void Add(SavedMap&& part, SavedMap& saved) {
   saved.map.anchors.merge(std::move(part.map.anchors));
   saved.class_names.merge(std::move(part.class_names));
   if (!part.map.cameras.empty()) saved.map.cameras = std::move(part.map.cameras);
+  if (!part.recordings.empty()) saved.recordings = std::move(part.recordings);
   if (!part.trajectory.empty()) saved.trajectory = std::move(part.trajectory);
 }
 
@@ -268,7 +273,9 @@ SavedMap Load(const std::string& given, const Choice& is_wanted) {
     std::vector<SQLite::Database> connections;
     for (unsigned i = 0; i < threads; ++i)
       connections.emplace_back(path, SQLite::OPEN_READONLY | SQLite::OPEN_NOMUTEX);
-    return ReadContent(connections, is_wanted);
+    SavedMap saved = ReadContent(connections, is_wanted);
+    if (saved.recordings.empty()) saved.recordings = RecordingsByTime(saved);
+    return saved;
   } catch (const SQLite::Exception& problem) {
     throw InputError(fmt::format("{}: {}", path, problem.what()));
   }
@@ -282,6 +289,13 @@ std::string MapFileAt(const std::string& path) {
   return std::filesystem::is_regular_file(inside, error) ? inside.string() : path;
 }
 
+bool IsMapFile(const std::string& path) {
+  constexpr std::string_view kBeginning = "SQLite format 3";
+  std::string beginning(kBeginning.size(), ' ');
+  return std::ifstream(MapFileAt(path)).read(beginning.data(), std::ssize(beginning)) &&
+         beginning == kBeginning;
+}
+
 SavedMap LoadMap(const std::string& path) {
   return Load(path, [](const MapPart&) { return true; });
 }
@@ -289,7 +303,8 @@ SavedMap LoadMap(const std::string& path) {
 SavedMap LoadPiece(const std::string& path, int piece) {
   SavedMap saved = Load(path, [&](const MapPart& part) {
     if (part.name == "pieces") return static_cast<int>(part.ids.first) == piece;
-    return piece == 0 || part.name == "cameras" || part.name == "class_names";
+    return piece == 0 || part.name == "cameras" || part.name == "class_names" ||
+           part.name == "recordings";
   });
   LeadWithPiece(path, piece, saved);
   saved.pieces.clear();

@@ -163,6 +163,14 @@ void WriteTrajectory(SQLite::Database& database, Checksum& checksum,
                ToString(p.state));
 }
 
+void WriteRecordings(SQLite::Database& database, Checksum& checksum,
+                     const MapRecordings& recordings) {
+  RowWriter rows(database, checksum, "recordings", 4);
+  int number = 0;
+  for (const MapRecording& r : recordings)
+    rows.Write(++number, std::string_view(r.name), std::string_view(r.images), r.first_frame);
+}
+
 void WriteClassNames(SQLite::Database& database, Checksum& checksum, const ClassNames& names) {
   RowWriter rows(database, checksum, "class_names", 2);
   for (const auto& [id, name] : names) rows.Write(id, name);
@@ -215,6 +223,8 @@ std::vector<MapPart> WriteParts(const SavedMap& saved, SQLite::Database& databas
   add("objects", {}, [&](Checksum& checksum) { WriteObjects(database, checksum, map); });
   add("trajectory", {},
       [&](Checksum& checksum) { WriteTrajectory(database, checksum, saved.trajectory); });
+  add("recordings", {},
+      [&](Checksum& checksum) { WriteRecordings(database, checksum, saved.recordings); });
   add("class_names", {},
       [&](Checksum& checksum) { WriteClassNames(database, checksum, saved.class_names); });
   add("anchors", {}, [&](Checksum& checksum) { WriteAnchors(database, checksum, map); });
@@ -319,7 +329,9 @@ void WriteFile(const std::string& path, const SavedMap& saved) {
 
 }  // namespace
 
-void SaveMap(const std::string& path, const SavedMap& saved) {
+void SaveMap(const std::string& path, const SavedMap& given) {
+  SavedMap saved = given;  // shares its tables
+  if (saved.recordings.empty()) saved.recordings = RecordingsByTime(saved);
   const std::vector<std::string> problems = ProblemsOf(saved);
   if (problems.empty()) return WriteFile(path, saved);
   Log(LogLevel::kWarning,

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "expect_input_error.h"
+#include "oaslam/storage/map_rows.h"
 #include "oaslam/storage/map_schema.h"
 #include "oaslam/util/log.h"
 #include "random_map.h"
@@ -68,6 +69,25 @@ Piece PieceOf(const SavedMap& saved, uint32_t first_id) {
   piece.map.UpdateLandmark(landmark);
   piece.trajectory.push_back({700, 23.5, ids[0], {}, TrackingState::kTracking});
   return piece;
+}
+
+// A map file as format 8 was: without the table of recordings, and its part in the list.
+void SaveFormat8(const std::string& path, const SavedMap& saved) {
+  SaveMap(path, saved);
+  SQLite::Database file(path, SQLite::OPEN_READWRITE);
+  file.exec("DROP TABLE recordings; DELETE FROM parts WHERE name = 'recordings'");
+  file.exec("PRAGMA user_version = 8");
+  Checksum checksum;
+  Map map;
+  ReadMeta(file, checksum, map);
+  RowReader parts(file, checksum, "parts", "name, first");
+  while (parts.Next()) {
+    parts.Text();
+    parts.Int(0, RowReader::kMaxId);
+    parts.Int(0, RowReader::kMaxId);
+    parts.Text();
+  }
+  file.exec("UPDATE meta SET value = '" + checksum.Hex() + "' WHERE key = 'checksum'");
 }
 
 TEST(MapFile, KeepsPieces) {
@@ -133,6 +153,61 @@ TEST(MapFile, KeepsAnchors) {
               testing::Contains(HasSubstr("anchor \"a flag\": keyframe 12345 leads nowhere")));
   SQLite::Database(folder / "a.map", SQLite::OPEN_READWRITE).exec("UPDATE anchors SET size = 0.1");
   EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }), HasSubstr("damaged"));
+}
+
+TEST(MapFile, KeepsRecordings) {
+  const TempFolder folder;
+  SavedMap saved = MakeMap();
+  saved.pieces = {PieceOf(saved, 10000)};
+  saved.recordings = {{"walk", "/films/walk.mp4", 0}, {"", "", 3}};
+  SaveMap(folder / "a.map", saved);
+  EXPECT_EQ(LoadMap(folder / "a.map").recordings, saved.recordings);
+  EXPECT_EQ(LoadPiece(folder / "a.map", 1).recordings, saved.recordings);
+  const auto refusal = [&](const std::string& change) {
+    SaveMap(folder / "b.map", saved);
+    SQLite::Database(folder / "b.map", SQLite::OPEN_READWRITE)
+        .exec("UPDATE recordings SET " + change);
+    return InputErrorOf([&] { LoadMap(folder / "b.map"); });
+  };
+  EXPECT_THAT(refusal("first_frame = 3"), AllOf(HasSubstr("b.map"), HasSubstr("do not ascend")));
+  EXPECT_THAT(refusal("number = 5 WHERE number = 2"), HasSubstr("recordings"));
+  EXPECT_THAT(refusal("name = 'x' WHERE number = 1"), HasSubstr("checksum"));
+}
+
+// A map whose times are those of one film.
+SavedMap MapOfOneFilm() {
+  SavedMap saved = MakeMap();
+  for (const KeyframeId id : saved.map.keyframes.Ids()) {
+    Keyframe& keyframe = saved.map.keyframes.MutableAt(id);
+    keyframe.timestamp = keyframe.frame_index / 30.0;
+  }
+  for (FramePose& pose : saved.trajectory) pose.timestamp = pose.frame_index / 30.0;
+  return saved;
+}
+
+// Format 8 had no recordings: they are told by time, which goes back where a run was continued with
+// another film.
+TEST(MapFile, ReadsFormat8) {
+  const TempFolder folder;
+  SavedMap saved = MapOfOneFilm();
+  const int frames = FramesOf(saved);
+  const KeyframeId last = saved.map.keyframes.Ids().back();
+  saved.map.keyframes.MutableAt(last).frame_index = frames;
+  saved.map.keyframes.MutableAt(last).timestamp = -1;
+  saved.trajectory.push_back({frames + 1, -0.5, last, {}, TrackingState::kTracking});
+  SaveFormat8(folder / "old.map", saved);
+  const SavedMap loaded = LoadMap(folder / "old.map");
+  EXPECT_EQ(loaded.map.keyframes.Ids(), saved.map.keyframes.Ids());
+  ASSERT_EQ(loaded.recordings.size(), 2U);
+  EXPECT_EQ(loaded.recordings[1], (MapRecording{"", "", frames}));
+  SaveMap(folder / "new.map", loaded);
+  EXPECT_EQ(LoadMap(folder / "new.map").recordings, loaded.recordings);
+}
+
+TEST(MapFile, ReadsFormat8OfOneRun) {
+  const TempFolder folder;
+  SaveFormat8(folder / "old.map", MapOfOneFilm());
+  EXPECT_EQ(LoadMap(folder / "old.map").recordings.size(), 1U);
 }
 
 TEST(MapFile, LoadsWhatWasSaved) {
@@ -267,14 +342,14 @@ TEST(MapFile, RefusesTruncatedForeignAndOtherFormats) {
   }
   EXPECT_THAT(LoadError(folder, folder.Read("other.db")), HasSubstr("is no map file"));
   EXPECT_THAT(LoadError(folder, ""), HasSubstr("is no map file"));
-  for (const auto& [format, advice] :
-       {std::pair(kMapFormatVersion - 1, ""), {kMapFormatVersion + 1, ": use a newer oaslam"}}) {
+  for (const auto& [format, advice] : {std::pair(kOldestMapFormatVersion - 1, ""),
+                                       {kMapFormatVersion + 1, ": use a newer oaslam"}}) {
     SQLite::Database(folder / "a.map", SQLite::OPEN_READWRITE)
         .exec(fmt::format("PRAGMA user_version={}", format));
     EXPECT_THAT(LoadError(folder, folder.Read("a.map")),
-                EndsWith(fmt::format("bad.map: is a map of format {}, this program reads format {} "
-                                     "only{}",
-                                     format, kMapFormatVersion, advice)));
+                EndsWith(fmt::format("bad.map: is a map of format {}, this program reads formats "
+                                     "{} to {} only{}",
+                                     format, kOldestMapFormatVersion, kMapFormatVersion, advice)));
   }
   EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "missing.map"); }), HasSubstr("no such file"));
   EXPECT_THAT(InputErrorOf([&] { LoadMap(folder.path()); }), HasSubstr("not a file"));

@@ -124,7 +124,7 @@ TEST_F(MapPartsTest, AFlippedBitIsToldWithItsPart) {
     const std::string error = ErrorWith(WithBitFlippedIn(content_, bytes));
     EXPECT_THAT(error, HasSubstr(part));
     if (part != "list of its parts: ") {
-      EXPECT_THAT(error, HasSubstr("is damaged in 1 of its 12 parts"));
+      EXPECT_THAT(error, HasSubstr("is damaged in 1 of its 13 parts"));
     }
   }
 }
@@ -134,7 +134,7 @@ TEST_F(MapPartsTest, AllDamagedPartsAreToldTogether) {
       WithBitFlippedIn(content_, StoredNumber(KeyframeAt(3).cam_from_world.translation.x()));
   damaged = WithBitFlippedIn(damaged, StoredNumber(LandmarkAt(4500).position.z()));
   EXPECT_THAT(ErrorWith(damaged),
-              AllOf(HasSubstr("in 2 of its 12 parts"), HasSubstr(KeyframesOfPart(0, 63)),
+              AllOf(HasSubstr("in 2 of its 13 parts"), HasSubstr(KeyframesOfPart(0, 63)),
                     HasSubstr(LandmarksOfPart(4096, saved_.map.landmarks.size() - 1))));
 }
 

@@ -371,6 +371,21 @@ void ReadTrajectory(SQLite::Database& database, Checksum& checksum, SavedMap& sa
   }
 }
 
+void ReadRecordings(SQLite::Database& database, Checksum& checksum, SavedMap& saved) {
+  RowReader rows(database, checksum, "recordings", "number");
+  while (rows.Next()) {
+    const int number = static_cast<int>(saved.recordings.size()) + 1;
+    rows.Int(number, number);
+    MapRecording recording;
+    recording.name = rows.Text();
+    recording.images = rows.Text();
+    recording.first_frame = rows.Int(INT32_MIN, kMaxFrame);
+    if (!saved.recordings.empty() && recording.first_frame <= saved.recordings.back().first_frame)
+      rows.Refuse("first frames do not ascend");
+    saved.recordings.push_back(std::move(recording));
+  }
+}
+
 void ReadClassNames(SQLite::Database& database, Checksum& checksum, SavedMap& saved) {
   RowReader names(database, checksum, "class_names", "category_id");
   while (names.Next()) {

@@ -20,6 +20,7 @@ void ReadLandmarks(SQLite::Database& database, Checksum& checksum, IdRange range
 void ReadObservations(SQLite::Database& database, Checksum& checksum, IdRange range, Map& map);
 void ReadObjects(SQLite::Database& database, Checksum& checksum, Map& map);
 void ReadTrajectory(SQLite::Database& database, Checksum& checksum, SavedMap& saved);
+void ReadRecordings(SQLite::Database& database, Checksum& checksum, SavedMap& saved);
 void ReadClassNames(SQLite::Database& database, Checksum& checksum, SavedMap& saved);
 void ReadAnchors(SQLite::Database& database, Checksum& checksum, Map& map);
 // The columns of an anchor that follow its name.

@@ -5,8 +5,9 @@
 namespace oaslam {
 
 constexpr int32_t kMapApplicationId = 0x4F41534C;  // "OASL"
-// PRAGMA user_version. No other format is read: no release has written one.
-constexpr int32_t kMapFormatVersion = 8;
+// PRAGMA user_version. Format 8 lacks the recordings; older ones were in no release, and are not
+// read.
+constexpr int32_t kMapFormatVersion = 9, kOldestMapFormatVersion = 8;
 
 // The map is stored in parts, each with a checksum of its own (table `parts`). Keyframes and
 // landmarks are in parts of this many ids, each about a megabyte; of pieces of map each is a part.
@@ -48,6 +49,7 @@ CREATE TABLE merged_objects(id INTEGER PRIMARY KEY, merged_into INTEGER);
 CREATE TABLE trajectory(rank INTEGER PRIMARY KEY, frame_index INTEGER, timestamp REAL, reference INTEGER,
   cam_from_reference_qx REAL, cam_from_reference_qy REAL, cam_from_reference_qz REAL, cam_from_reference_qw REAL,
   cam_from_reference_tx REAL, cam_from_reference_ty REAL, cam_from_reference_tz REAL, state TEXT);
+CREATE TABLE recordings(number INTEGER PRIMARY KEY, name TEXT, images TEXT, first_frame INTEGER);
 CREATE TABLE class_names(category_id INTEGER PRIMARY KEY, name TEXT);
 CREATE TABLE anchors(name TEXT PRIMARY KEY, model TEXT, size REAL, keyframe INTEGER,
   cam_from_anchor_qx REAL, cam_from_anchor_qy REAL, cam_from_anchor_qz REAL, cam_from_anchor_qw REAL,

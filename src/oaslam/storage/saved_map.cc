@@ -33,10 +33,10 @@ std::vector<StampedPose> WorldPoses(const Map& map, const std::vector<FramePose>
   return poses;
 }
 
-std::vector<StampedPose> KeyframePoses(const Map& map) {
+std::vector<StampedPose> KeyframePoses(const Map& map, int first_frame) {
   std::vector<StampedPose> poses;
   map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) {
-    poses.push_back({k.timestamp, k.cam_from_world.Inverse()});
+    if (k.frame_index >= first_frame) poses.push_back({k.timestamp, k.cam_from_world.Inverse()});
   });
   std::ranges::stable_sort(poses, {}, &StampedPose::timestamp);
   return poses;

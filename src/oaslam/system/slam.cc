@@ -176,7 +176,30 @@ SavedMap SlamAccess::Export(const Slam& slam) {
   SavedMap saved{*impl.atlas_->main().Mapped(), impl.loaded_trajectory_, *impl.class_names_,
                  impl.atlas_->Others()};
   AdoptPoses(impl.session().tracker().trajectory(), 1, saved.trajectory);
+  saved.recordings = impl.loaded_recordings_;
+  if (FramesOf(saved) > impl.first_index_) saved.recordings.push_back(impl.recording_);
   return saved;
+}
+
+void Slam::SetMask(const cv::Mat& mask) {
+  Impl& impl = *impl_;
+  impl.still_parts_.reset();
+  if (mask.empty()) {
+    impl.still_parts_.emplace();
+    return impl.SetMask({});
+  }
+  if (mask.type() != CV_8UC1 || mask.cols != impl.camera_.width || mask.rows != impl.camera_.height)
+    throw InputError(fmt::format("mask: {}x{} pixels of {} bytes, allowed: {}x{} of 1 (grey)",
+                                 mask.cols, mask.rows, mask.elemSize(), impl.camera_.width,
+                                 impl.camera_.height));
+  const ImageMask checked(ViewOf(mask));
+  if (checked.HiddenShare() >= 1) throw InputError("mask: hides the whole image: 0 hides");
+  impl.SetMask(checked);
+}
+
+void Slam::NameRecording(const std::string& name, const std::string& images) {
+  impl_->recording_.name = name;
+  impl_->recording_.images = images;
 }
 
 int Slam::MainPiece() const { return impl_->atlas_->main_number(); }

@@ -12,6 +12,7 @@
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/localization/image_search.h"
 #include "oaslam/system/slam_access.h"
+#include "oaslam/util/log.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
@@ -69,6 +70,7 @@ void Slam::Impl::Begin(SavedMap saved, bool is_loaded) {
   beginning_ = ++beginnings;
   atlas_ = std::move(atlas);
   odometry_.emplace(camera_, OdometryOptions{}, static_cast<uint64_t>(config_.runner.seed));
+  odometry_->SetMask(mask_);
   camera_index_ = camera_index;
   audit_ = {};
   trails_ = {};
@@ -80,8 +82,16 @@ void Slam::Impl::Begin(SavedMap saved, bool is_loaded) {
   newest_.state = is_loaded ? TrackingState::kLost : TrackingState::kInitializing;
   first_index_ = next_index_ = frames;
   loaded_trajectory_ = std::move(saved.trajectory);
+  loaded_recordings_ = std::move(saved.recordings);
+  recording_.first_frame = frames;
   if (is_loaded) class_names_ = std::make_shared<const ClassNames>(std::move(saved.class_names));
   Post();
+}
+
+void Slam::Impl::SetMask(const ImageMask& mask) {
+  mask_ = mask;
+  frame_maker_.SetMask(mask);
+  odometry_->SetMask(mask);
 }
 
 void Slam::Impl::ExpectMapping() {
@@ -157,6 +167,13 @@ Frame Slam::Impl::MakeNextFrame(const ImageInput& input, double& cpu_ms) {
   const Stopwatch watch;
   ImageInput grey = input;
   grey.image = ToGrey(input.image);
+  if (still_parts_ && still_parts_->Add(ViewOf(grey.image), input.timestamp)) {
+    SetMask(still_parts_->mask());
+    Log(LogLevel::kWarning,
+        fmt::format("a part of the images moves with the camera, and is left out from now on: {}",
+                    Describe(mask_)));
+  }
+  EraseHidden(mask_, {camera_.width, camera_.height}, grey.detections);
   const auto with_features = [&] {
     return MakeFrame(grey, next_index_,
                      config_.features.count * (atlas_->IsInitializing() ? 2 : 1));
@@ -214,7 +231,9 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   return result;
 }
 
-std::optional<int> Slam::Impl::AddDetections(int frame, const std::vector<Detection>& detections) {
+std::optional<int> Slam::Impl::AddDetections(int frame, const std::vector<Detection>& given) {
+  std::vector<Detection> detections = given;
+  EraseHidden(mask_, {camera_.width, camera_.height}, detections);
   const std::vector<ObjectDetection> ideal = CheckedDetections(camera_, detections);
   const std::optional<Tracker::Outcome> outcome =
       atlas_->AddDetections(frame + first_index_, ideal);

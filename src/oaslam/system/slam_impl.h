@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "oaslam/anchors/editing.h"
@@ -12,6 +13,7 @@
 #include "oaslam/localization/relocalizer.h"
 #include "oaslam/localization/snapshot_maker.h"
 #include "oaslam/odometry/odometry.h"
+#include "oaslam/odometry/still_parts.h"
 #include "oaslam/slam.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/system/atlas.h"
@@ -43,6 +45,7 @@ class OASLAM_LOCAL Slam::Impl {
   RelocalizationResult Find(const Frame& frame, RelocalizationMode mode, double ms_features,
                             ObjectTrails* trails = nullptr,
                             const std::optional<Rigid3>& prior = std::nullopt);
+  void SetMask(const ImageMask& mask);
   void SetAnchors(std::map<std::string, Anchor> anchors);
 
   Session& session() { return atlas_->main(); }
@@ -60,8 +63,12 @@ class OASLAM_LOCAL Slam::Impl {
   FrameMaker frame_maker_;
   Relocalizer relocalizer_;
   std::optional<Odometry> odometry_;
+  ImageMask mask_;
+  std::optional<StillParts> still_parts_{std::in_place};  // nothing where the mask is given
   std::unique_ptr<Atlas> atlas_;
   std::vector<FramePose> loaded_trajectory_;
+  MapRecordings loaded_recordings_;
+  MapRecording recording_;  // what Process is given
   std::shared_ptr<const ClassNames> class_names_ =
       std::make_shared<const ClassNames>(CocoClassNames());
   std::shared_ptr<SlamStates::Board> states_ = std::make_shared<SlamStates::Board>();

@@ -196,6 +196,9 @@ SavedRun LoadSavedRun(const std::string& path, const std::string& map_path, int 
   run.map_file = file;
   if (!file.empty()) {
     run.saved = LoadPiece(file, piece);
+    // The folder of a run has the notes of its own recording.
+    if (poses.empty() && run.saved.recordings.size() > 1)
+      for (FrameNote& note : run.notes) note.frame += run.saved.recordings.back().first_frame;
   } else {
     const std::string objects = in_folder("objects.json"), keyframes = in_folder("keyframes.txt");
     if (objects.empty() && trajectory.empty() && keyframes.empty())

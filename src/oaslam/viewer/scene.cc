@@ -216,12 +216,14 @@ std::optional<std::string> Scene::News(SceneCursor& cursor) {
     message.header["events"].push_back(events_[cursor.events]);
   AddNotes(cursor, message);
   if (cursor.groundtruth != groundtruth_count_) message.Add("groundtruth", groundtruth_);
-  if (cursor.status != status_count_)
-    message.header["status"] = {{"live", status_.live},
-                                {"paused", status_.paused},
-                                {"mapping", status_.mapping},
-                                {"dropped", status_.dropped},
-                                {"title", status_.title}};
+  if (cursor.status != status_count_) {
+    message.header["status"] = {{"live", status_.live},       {"paused", status_.paused},
+                                {"mapping", status_.mapping}, {"dropped", status_.dropped},
+                                {"title", status_.title},     {"recordings", json::array()}};
+    for (const MapRecording& r : status_.recordings)
+      message.header["status"]["recordings"].push_back(
+          {{"name", r.name}, {"first_frame", r.first_frame}});
+  }
   if (cursor.frame != frame_count_ && frame_) {
     constexpr int kQuality = 80;  // of JPEG: no blocks are seen
     if (jpeg_.empty() && !picture_.empty()) jpeg_ = EncodeJpeg(picture_, kQuality);

@@ -8,6 +8,7 @@
 
 #include "oaslam/class_names.h"
 #include "oaslam/exports/ideal_picture.h"
+#include "oaslam/storage/recordings.h"
 #include "oaslam/viewer/crops.h"
 #include "oaslam/viewer/frame_record.h"
 #include "oaslam/viewer/landmark_colors.h"
@@ -23,6 +24,7 @@ struct SceneStatus {
   bool mapping = true;  // else localization only
   int dropped = 0;      // images that came too late
   std::string title;
+  MapRecordings recordings{};  // of the map, which are shown apart
   bool operator==(const SceneStatus&) const = default;
 };
 

@@ -101,6 +101,16 @@ TEST(Scene, AFrameHasItsPictureBoxesAndEllipses) {
   EXPECT_NEAR(picture.at<cv::Vec3b>(120, 160)[2], 200, 8);
 }
 
+TEST(Scene, TellsTheRecordings) {
+  Scene scene({});
+  SceneCursor cursor;
+  scene.SetStatus({.title = "a map", .recordings = {{"walk", "/films/walk.mp4", 0}, {"", "", 70}}});
+  const json recordings = NewsOf(scene, cursor).header["status"]["recordings"];
+  ASSERT_THAT(recordings, SizeIs(2));
+  EXPECT_EQ(recordings[0]["name"], "walk");
+  EXPECT_EQ(recordings[1]["first_frame"], 70);
+}
+
 TEST(Scene, SaysWhatHappened) {
   const auto map = std::make_shared<const Map>(MapWithCup());
   Scene scene({{41, "cup"}});

@@ -1,0 +1,100 @@
+#include "mask_choice.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+
+#include "camera_choice.h"
+#include "oaslam/error.h"
+#include "oaslam/formats/camera_mask.h"
+#include "oaslam/image_source.h"
+#include "oaslam/images/camera_source.h"
+#include "oaslam/localization/frame_maker.h"
+#include "oaslam/odometry/still_parts.h"
+
+namespace oaslam::apps {
+namespace {
+
+cv::Mat LoadMask(const std::string& path) {
+  const cv::Mat mask = cv::imread(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+  if (mask.empty())
+    throw InputError(fmt::format("--mask {}: is no image; allowed: an image, auto or none", path));
+  if (cv::countNonZero(mask) == 0)
+    throw InputError(fmt::format("--mask {}: hides the whole image: black hides", path));
+  return mask;
+}
+
+void CheckSize(const std::string& path, const cv::Mat& mask, const cv::Size& images) {
+  if (mask.size() != images)
+    throw InputError(fmt::format("--mask {}: of {}x{} pixels, the images have {}x{}", path,
+                                 mask.cols, mask.rows, images.width, images.height));
+}
+
+std::optional<InputImage> FirstReadable(ImageSource& source) {
+  while (std::optional<InputImage> image = source.Next())
+    if (!image->image.empty()) return image;
+  return std::nullopt;
+}
+
+// Looks through the first seconds of recorded images.
+cv::Mat FindMask(ImageSource& source, const InputImage& first) {
+  StillParts parts;
+  parts.Add(ViewOf(ToGrey(first.image)), first.timestamp);
+  double last = first.timestamp;
+  while (const std::optional<InputImage> image = source.Next()) {
+    if (Interrupted() || image->timestamp - first.timestamp > StillParts::kEnough_s) break;
+    if (image->image.size() != first.image.size() || !(image->timestamp > last)) continue;
+    last = image->timestamp;
+    parts.Add(ViewOf(ToGrey(image->image)), image->timestamp);
+  }
+  const ImageMask& found = parts.mask();
+  if (found.HiddenShare() == 0) return {};
+  spdlog::warn(
+      "a part of the images moves with the camera, and is left out: {} (--mask none: use it; "
+      "--mask IMAGE: say which)",
+      Describe(found));
+  return ImageOf(found, first.image.size());
+}
+
+}  // namespace
+
+void AddMaskOption(CLI::App& app, std::string& mask) {
+  app.add_option("--mask", mask,
+                 "what moves with the camera (a bonnet, a chassis, an overlay) and is left out: an "
+                 "image of the images' size, black there; auto (default): the calibration's, or "
+                 "found; none")
+      ->type_name("IMAGE|auto|none");
+}
+
+cv::Mat MaskFor(const std::string& mask, const std::string& camera, const std::string& images,
+                const CommonOptions& common) {
+  const bool is_auto = mask.empty() || mask == "auto";
+  const std::string path = is_auto ? (IsAutoCamera(camera) ? "" : MaskOfCalibration(camera))
+                           : mask == "none" ? ""
+                                            : mask;
+  const cv::Mat given = path.empty() ? cv::Mat() : LoadMask(path);
+  if (images.empty() || IsCamera(images) || common.follow_s || mask == "none") return given;
+  const auto source = OpenImages(images, FrameRange(common));
+  const std::optional<InputImage> first = FirstReadable(*source);
+  if (!first) throw InputError(fmt::format("{}: no readable image", images));
+  if (!given.empty()) {
+    CheckSize(path, given, first->image.size());
+    return given;
+  }
+  return FindMask(*source, *first);
+}
+
+void EraseHidden(const cv::Mat& mask, std::vector<Detection>& detections) {
+  if (!mask.empty()) oaslam::EraseHidden(ImageMask(ViewOf(mask)), mask.size(), detections);
+}
+
+void UseMask(const std::string& option, const cv::Mat& mask, Slam& slam, const Camera& camera) {
+  if (option == "none")
+    slam.SetMask(cv::Mat(camera.height, camera.width, CV_8UC1, cv::Scalar(255)));
+  else if (!mask.empty())
+    slam.SetMask(mask);
+}
+
+}  // namespace oaslam::apps

@@ -1,0 +1,118 @@
+#include "oaslam/odometry/still_parts.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "oaslam/util/rng.h"
+
+namespace oaslam {
+namespace {
+
+constexpr int kRoomWidth = 320, kRoomHeight = 240, kRoomSide = 160;
+
+// Noise in squares of six pixels, seen by a camera that looks at (x, y).
+class Room {
+ public:
+  explicit Room(uint64_t seed) {
+    Rng rng(seed);
+    for (int i = 0; i < kRoomSide * kRoomSide; ++i)
+      squares_.push_back(static_cast<uint8_t>(rng.Uniform(20, 235)));
+  }
+  uint8_t At(int x, int y) const {
+    const auto wrapped = [](int k) { return (k / 6 % kRoomSide + kRoomSide) % kRoomSide; };
+    return squares_[wrapped(y) * kRoomSide + wrapped(x)];
+  }
+
+ private:
+  std::vector<uint8_t> squares_;
+};
+
+using Pixel = std::function<uint8_t(double time_s, int x, int y)>;
+
+// The mask after so many seconds at 10 Hz.
+ImageMask MaskAfter(double seconds, const Pixel& pixel) {
+  StillParts parts;
+  std::vector<uint8_t> image(static_cast<size_t>(kRoomWidth) * kRoomHeight);
+  for (int i = 0; i < 10 * seconds; ++i) {
+    for (int y = 0; y < kRoomHeight; ++y)
+      for (int x = 0; x < kRoomWidth; ++x) image[y * kRoomWidth + x] = pixel(i / 10.0, x, y);
+    parts.Add({image.data(), kRoomWidth, kRoomWidth, kRoomHeight}, i / 10.0);
+  }
+  return parts.mask();
+}
+
+// Where the camera looks: to and fro, as one in a hand.
+int LookX(double t) { return 2000 + static_cast<int>(std::lround(40 * std::sin(t))); }
+int LookY(double t) { return 2000 + static_cast<int>(std::lround(30 * std::sin(1.5 * t))); }
+
+const Room kRoom(1), kBonnet(2);
+
+uint8_t Turning(double t, int x, int y) { return kRoom.At(LookX(t) + x, LookY(t) + y); }
+
+TEST(StillParts, ABonnetIsFound) {
+  const ImageMask mask = MaskAfter(
+      8, [](double t, int x, int y) { return y >= 180 ? kBonnet.At(x, y) : Turning(t, x, y); });
+  EXPECT_NEAR(mask.HiddenShare(), 0.27, 0.06);
+  for (double x = 0.05; x < 1; x += 0.1) {
+    EXPECT_TRUE(mask.Hides(x, 0.85)) << x;
+    EXPECT_FALSE(mask.Hides(x, 0.6)) << x;
+  }
+  EXPECT_THAT(Describe(mask), testing::HasSubstr("at the bottom"));
+}
+
+TEST(StillParts, AnOverlayIsFound) {
+  const ImageMask mask = MaskAfter(8, [](double t, int x, int y) {
+    return x < 100 && y < 60 ? kBonnet.At(x, y) : Turning(t, x, y);
+  });
+  EXPECT_TRUE(mask.Hides(0.15, 0.12));
+  EXPECT_FALSE(mask.Hides(0.5, 0.5));
+  EXPECT_NEAR(mask.HiddenShare(), 0.1, 0.05);
+}
+
+TEST(StillParts, ACameraThatOnlyTurnsHasNone) {
+  EXPECT_EQ(MaskAfter(12, Turning).HiddenShare(), 0);
+}
+
+TEST(StillParts, ACameraThatStandsHasNone) {
+  EXPECT_EQ(MaskAfter(12, [](double, int x, int y) { return kRoom.At(x, y); }).HiddenShare(), 0);
+}
+
+// Somebody walks to and fro before a camera that stands.
+TEST(StillParts, WhatMovesBeforeACameraThatStandsHidesNothing) {
+  EXPECT_EQ(MaskAfter(12,
+                      [](double t, int x, int y) {
+                        const int left = 100 + LookX(t) - 2000;
+                        return x > left && x < left + 120 ? kBonnet.At(x - left, y + LookY(t))
+                                                          : kRoom.At(x, y);
+                      })
+                .HiddenShare(),
+            0);
+}
+
+// Hills beyond what passes a train's window.
+TEST(StillParts, WhatIsFarIsNotTakenForAPartWhereTheCameraMovesOneWay) {
+  EXPECT_EQ(MaskAfter(12,
+                      [](double t, int x, int y) {
+                        return y < 80 ? kBonnet.At(x, y)
+                                      : kRoom.At(x + static_cast<int>(30 * t), y);
+                      })
+                .HiddenShare(),
+            0);
+}
+
+TEST(StillParts, APartThatGoesAwayIsUsedAgain) {
+  const auto with_part_until = [](double end) {
+    return [end](double t, int x, int y) {
+      return t < end && y >= 180 ? kBonnet.At(x, y) : Turning(t, x, y);
+    };
+  };
+  EXPECT_GT(MaskAfter(8, with_part_until(8)).HiddenShare(), 0.2);
+  EXPECT_EQ(MaskAfter(30, with_part_until(8)).HiddenShare(), 0);
+}
+
+}  // namespace
+}  // namespace oaslam
