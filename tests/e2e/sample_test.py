@@ -11,10 +11,10 @@ from harness import must_run, oaslam
 
 FILES = ["trajectory.txt", "trajectory_live.txt", "keyframes.txt", "objects.json", "frames.csv", "summary.json", "map.svg"]
 FRAME_COLUMNS = ("frame,timestamp,state,keypoints,matched,inliers,detections,objects,"
-                 "ms_total,ms_features,ms_track,ms_objects,cpu_ms,filled,depth,piece,confidence,sigma_position,sigma_rotation_deg").split(",")
+                 "ms_total,ms_features,ms_track,ms_objects,cpu_ms,filled,depth,piece,confidence,sigma_position,sigma_rotation_deg,uncertain").split(",")
 STATES = {"initializing", "preliminary", "tracking", "odometry", "relocalized", "objects", "lost"}
 SUMMARY_KEYS = set("version seed mode frames tracked keyframes landmarks objects unit loops ms_median ms_mean ms_p95 cpu_s wall_s "
-                   "peak_rss_mb mean_iou ate".split())
+                   "peak_rss_mb mean_iou ate uncertain".split())
 
 
 def check_objects(path, sim):
@@ -50,6 +50,8 @@ class TestSample(harness.InFolder):
         for f in frames:
             assert float(f["timestamp"]) == pytest.approx(int(f["frame"]) / 30, abs=5e-5)
             assert float(f["ms_total"]) > 0
+        # At a table that stays in view, only what comes before the map is uncertain.
+        assert all((f["uncertain"] == "1") == (f["state"] == "preliminary") for f in frames)
         tracked = [f for f in frames if f["state"] == "tracking"]
         assert len(tracked) > 0.9 * 450
         assert min(int(f["inliers"]) for f in tracked) > 10
