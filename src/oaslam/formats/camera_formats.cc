@@ -545,7 +545,7 @@ YAML::Node ParseXml(const std::string& text, const std::string& path) {
 
 // JSON is nearly YAML, but blanks of any kind may stand in it. Only scalars and lists of them are
 // looked at.
-YAML::Node ParseJson(const std::string& text, const std::string& path) {
+YAML::Node ParseJsonCamera(const std::string& text, const std::string& path) {
   YAML::Node root(YAML::NodeType::Map);
   try {
     const auto json = nlohmann::json::parse(text);
@@ -569,7 +569,7 @@ YAML::Node ParseJson(const std::string& text, const std::string& path) {
 YAML::Node Parse(const std::string& text, const std::string& path) {
   const std::string_view start = Trim(text);
   if (start.starts_with("<")) return ParseXml(text, path);
-  if (path.ends_with(".json") && start.starts_with("{")) return ParseJson(text, path);
+  if (path.ends_with(".json") && start.starts_with("{")) return ParseJsonCamera(text, path);
   return ParseYamlMapping(text, path);
 }
 

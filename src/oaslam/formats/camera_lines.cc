@@ -12,7 +12,7 @@
 namespace oaslam {
 namespace {
 
-constexpr int kMaxSide = 1'000'000;  // pixels; CheckCalibration has the bounds
+constexpr int kMostPixels = 1'000'000;  // pixels; CheckCalibration has the bounds
 
 struct ColmapModel {
   const char* name;
@@ -51,9 +51,9 @@ Camera ReadColmapLine(const std::vector<std::string_view>& fields, const std::st
     throw InputError(fmt::format("{}: {} numbers after {}, expected {}", place, values.size(),
                                  model->name, expected));
   const auto [width, height] = std::pair{values[0], values[1]};
-  if (!(width >= 1 && width <= kMaxSide && height >= 1 && height <= kMaxSide))
+  if (!(width >= 1 && width <= kMostPixels && height >= 1 && height <= kMostPixels))
     throw InputError(
-        fmt::format("{}: image size {} x {}, allowed: 1 to {}", place, width, height, kMaxSide));
+        fmt::format("{}: image size {} x {}, allowed: 1 to {}", place, width, height, kMostPixels));
   Camera camera;
   camera.model = model->model;
   camera.width = static_cast<int>(width);
