@@ -10,8 +10,8 @@
 
 #include "oaslam/class_names.h"
 #include "oaslam/config.h"
+#include "oaslam/formats/leftover.h"
 #include "oaslam/image_source.h"
-#include "oaslam/util/leftover.h"
 #include "signals.h"
 
 namespace oaslam::apps {

@@ -93,6 +93,7 @@ std::optional<int> KnownTurn(const InputImage& image,
 int FindTurn(const std::string& images, ImageSourceOptions range, Detector& detector) {
   constexpr double kStep_s = 0.5, kMost_s = 10;  // other views tell more
   range.color = true;
+  range.quiet = true;  // the run that follows opens the same images
   const auto source = OpenImages(images, range);
   TurnedDetector turned([&](const cv::Mat& image) { return detector.Detect(image); });
   std::optional<double> first, last;

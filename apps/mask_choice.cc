@@ -76,9 +76,12 @@ cv::Mat MaskFor(const std::string& mask, const std::string& camera, const std::s
                                             : mask;
   const cv::Mat given = path.empty() ? cv::Mat() : LoadMask(path);
   if (images.empty() || IsCamera(images) || common.follow_s || mask == "none") return given;
-  const auto source = OpenImages(images, FrameRange(common));
+  ImageSourceOptions range = FrameRange(common);
+  range.quiet = true;  // the run that follows opens the same images
+  const auto source = OpenImages(images, range);
   const std::optional<InputImage> first = FirstReadable(*source);
   if (!first) throw InputError(fmt::format("{}: no readable image", images));
+  CheckImageSize(first->image.size(), images);
   if (!given.empty()) {
     CheckSize(path, given, first->image.size());
     return given;

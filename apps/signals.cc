@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <thread>
 
-#include "oaslam/util/leftover.h"
+#include "oaslam/formats/leftover.h"
 
 namespace oaslam::apps {
 namespace {

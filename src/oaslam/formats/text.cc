@@ -13,7 +13,7 @@
 #include <system_error>
 
 #include "oaslam/error.h"
-#include "oaslam/util/leftover.h"
+#include "oaslam/formats/leftover.h"
 #include "oaslam/util/lower.h"
 #include "oaslam/util/printable.h"
 #include "oaslam/util/read_file.h"

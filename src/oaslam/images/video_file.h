@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "oaslam/util/leftover.h"
+#include "oaslam/formats/leftover.h"
 
 namespace cv {
 class VideoWriter;

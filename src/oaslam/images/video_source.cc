@@ -88,6 +88,7 @@ class VideoSource : public ImageSource {
 
  private:
   void Warn() const {
+    if (options_.quiet) return;
     const auto warn = [this](const std::string& what) {
       Log(LogLevel::kWarning, path_ + ": " + what);
     };

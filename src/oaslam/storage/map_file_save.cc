@@ -13,11 +13,11 @@
 #include <tuple>
 
 #include "oaslam/error.h"
+#include "oaslam/formats/leftover.h"
 #include "oaslam/map/repair.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/storage/map_part.h"
 #include "oaslam/storage/map_schema.h"
-#include "oaslam/util/leftover.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {

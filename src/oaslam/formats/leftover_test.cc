@@ -1,4 +1,4 @@
-#include "oaslam/util/leftover.h"
+#include "oaslam/formats/leftover.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
