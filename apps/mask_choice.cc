@@ -13,6 +13,7 @@
 #include "oaslam/images/camera_source.h"
 #include "oaslam/localization/frame_maker.h"
 #include "oaslam/odometry/still_parts.h"
+#include "readable_images.h"
 
 namespace oaslam::apps {
 namespace {
@@ -32,21 +33,13 @@ void CheckSize(const std::string& path, const cv::Mat& mask, const cv::Size& ima
                                  mask.cols, mask.rows, images.width, images.height));
 }
 
-std::optional<InputImage> FirstReadable(ImageSource& source) {
-  while (std::optional<InputImage> image = source.Next())
-    if (!image->image.empty()) return image;
-  return std::nullopt;
-}
-
 // Looks through the first seconds of recorded images.
-cv::Mat FindMask(ImageSource& source, const InputImage& first) {
+cv::Mat FindMask(ReadableImages& source) {
   StillParts parts;
-  parts.Add(ViewOf(ToGrey(first.image)), first.timestamp);
-  double last = first.timestamp;
+  std::optional<double> begin_s;
   while (const std::optional<InputImage> image = source.Next()) {
-    if (Interrupted() || image->timestamp - first.timestamp > StillParts::kEnough_s) break;
-    if (image->image.size() != first.image.size() || !(image->timestamp > last)) continue;
-    last = image->timestamp;
+    if (!begin_s) begin_s = image->timestamp;
+    if (Interrupted() || image->timestamp - *begin_s > StillParts::kEnough_s) break;
     parts.Add(ViewOf(ToGrey(image->image)), image->timestamp);
   }
   const ImageMask& found = parts.mask();
@@ -55,7 +48,7 @@ cv::Mat FindMask(ImageSource& source, const InputImage& first) {
       "a part of the images moves with the camera, and is left out: {} (--mask none: use it; "
       "--mask IMAGE: say which)",
       Describe(found));
-  return ImageOf(found, first.image.size());
+  return ImageOf(found, source.size());
 }
 
 }  // namespace
@@ -78,15 +71,14 @@ cv::Mat MaskFor(const std::string& mask, const std::string& camera, const std::s
   if (images.empty() || IsCamera(images) || common.follow_s || mask == "none") return given;
   ImageSourceOptions range = FrameRange(common);
   range.quiet = true;  // the run that follows opens the same images
-  const auto source = OpenImages(images, range);
-  const std::optional<InputImage> first = FirstReadable(*source);
-  if (!first) throw InputError(fmt::format("{}: no readable image", images));
-  CheckImageSize(first->image.size(), images);
+  ReadableImages source(OpenImages(images, range), {.says = false});
+  if (source.size().empty()) throw InputError(fmt::format("{}: no readable image", images));
+  CheckImageSize(source.size(), images);
   if (!given.empty()) {
-    CheckSize(path, given, first->image.size());
+    CheckSize(path, given, source.size());
     return given;
   }
-  return FindMask(*source, *first);
+  return FindMask(source);
 }
 
 void EraseHidden(const cv::Mat& mask, std::vector<Detection>& detections) {

@@ -23,8 +23,6 @@
 namespace oaslam {
 namespace {
 
-constexpr int kMaxSide = 1'000'000;  // pixels; CheckCalibration has the bounds
-
 using Keys = std::initializer_list<const char*>;
 
 // A mapping of a calibration file, and its path for messages.

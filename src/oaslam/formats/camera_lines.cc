@@ -12,8 +12,6 @@
 namespace oaslam {
 namespace {
 
-constexpr int kMostPixels = 1'000'000;  // pixels; CheckCalibration has the bounds
-
 struct ColmapModel {
   const char* name;
   size_t focal_lengths;  // one or two, then cx cy
@@ -51,9 +49,9 @@ Camera ReadColmapLine(const std::vector<std::string_view>& fields, const std::st
     throw InputError(fmt::format("{}: {} numbers after {}, expected {}", place, values.size(),
                                  model->name, expected));
   const auto [width, height] = std::pair{values[0], values[1]};
-  if (!(width >= 1 && width <= kMostPixels && height >= 1 && height <= kMostPixels))
+  if (!(width >= 1 && width <= kMaxSide && height >= 1 && height <= kMaxSide))
     throw InputError(
-        fmt::format("{}: image size {} x {}, allowed: 1 to {}", place, width, height, kMostPixels));
+        fmt::format("{}: image size {} x {}, allowed: 1 to {}", place, width, height, kMaxSide));
   Camera camera;
   camera.model = model->model;
   camera.width = static_cast<int>(width);

@@ -12,6 +12,9 @@ namespace oaslam {
 // Lens models of calibration files. Ours are read as they are; another one is converted to the
 // closest of ours, which is said, or refused where that is not accurate enough.
 
+// The longest side of an image that is read, pixels; CheckCalibration has the bounds.
+inline constexpr int kMaxSide = 1'000'000;
+
 // For messages: the file (with a line), the key, and the size of the images, which is used where
 // the file has none.
 struct LensPlace {
