@@ -36,8 +36,12 @@ Leftover::~Leftover() {
 void RemoveLeftovers() noexcept {
   // From the last to the first: a folder was noted before what is in it.
   for (size_t i = leftovers.size(); i-- > 0;)
-    if (const char* path = leftovers[i].exchange(nullptr))
+    if (char* path = leftovers[i].exchange(nullptr)) {
       if (unlink(path) != 0) rmdir(path);
+      // A signal handler must not free it: it goes back to the one who does.
+      char* free_place = nullptr;
+      leftovers[i].compare_exchange_strong(free_place, path);
+    }
 }
 
 }  // namespace oaslam
