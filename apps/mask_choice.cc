@@ -39,7 +39,8 @@ cv::Mat FindMask(ReadableImages& source) {
   std::optional<double> begin_s;
   while (const std::optional<InputImage> image = source.Next()) {
     if (!begin_s) begin_s = image->timestamp;
-    if (Interrupted() || image->timestamp - *begin_s > StillParts::kEnough_s) break;
+    if (Interrupted() || parts.IsSettled() || image->timestamp - *begin_s > StillParts::kEnough_s)
+      break;
     parts.Add(ViewOf(ToGrey(image->image)), image->timestamp);
   }
   const ImageMask& found = parts.mask();

@@ -134,7 +134,8 @@ StillParts::Comparison StillParts::Compare(const GreyPyramid& present) const {
 }
 
 bool StillParts::Add(const GreyImage& image, double time_s) {
-  if (reference_ && time_s - reference_s_ < kLeastStep_s) return false;
+  if (is_settled_ || (reference_ && time_s - compared_s_ < kLeastStep_s)) return false;
+  compared_s_ = time_s;
   int halvings = 0;
   while (image.width >> halvings > kComparedWidth) ++halvings;
   GreyPyramid present(image, kComparedLevels + halvings);
@@ -189,7 +190,7 @@ std::vector<char> StillParts::StillCells() const {
 }
 
 bool StillParts::Decide() {
-  constexpr int kLeastCount = 8;
+  constexpr int kLeastCount = 8, kEnough = 40;
   constexpr double kLeast_s = 2, kMostHidden = 0.5;
   constexpr size_t kLeastCells = 6;
   constexpr float kLeastTurn = 0.5F;  // cosine: a view from a train moves in one direction only
@@ -221,6 +222,7 @@ bool StillParts::Decide() {
   ImageMask mask = count > 0 ? ImageMask(visible.view()) : ImageMask();
   const bool is_new = std::abs(mask.HiddenShare() - mask_.HiddenShare()) > 0.02;
   if (is_new) mask_ = std::move(mask);
+  is_settled_ = count_ >= kEnough && mask_.HiddenShare() == 0;
   return is_new;
 }
 

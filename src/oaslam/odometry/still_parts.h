@@ -20,6 +20,8 @@ class StillParts {
   // has changed.
   bool Add(const GreyImage& image, double time_s);
   const ImageMask& mask() const { return mask_; }
+  // Whether so much was seen without such a part that none is to be expected.
+  bool IsSettled() const { return is_settled_; }
   // Seconds of images without a part, after which none is to be expected.
   static constexpr double kEnough_s = 12;
 
@@ -38,11 +40,12 @@ class StillParts {
 
   std::optional<GreyPyramid> reference_, earlier_, next_earlier_;
   double next_earlier_s_ = 0;
-  double reference_s_ = 0, first_s_ = 0, last_s_ = 0;
+  double reference_s_ = 0, compared_s_ = 0, first_s_ = 0, last_s_ = 0;
   int width_ = 0, height_ = 0, rows_ = 0;  // of the images that are compared; rows of cells
   std::vector<Cell> cells_;
   std::vector<Eigen::Vector2f> motions_;  // of the scene in the image, unit vectors
   int count_ = 0;                         // images in which the scene moved
+  bool is_settled_ = false;
   ImageMask mask_;
 };
 

@@ -33,8 +33,8 @@ class Room {
 
 using Pixel = std::function<uint8_t(double time_s, int x, int y)>;
 
-// The mask after so many seconds at 10 Hz.
-ImageMask MaskAfter(double seconds, const Pixel& pixel) {
+// What is known after so many seconds at 10 Hz.
+StillParts PartsAfter(double seconds, const Pixel& pixel) {
   StillParts parts;
   std::vector<uint8_t> image(static_cast<size_t>(kRoomWidth) * kRoomHeight);
   for (int i = 0; i < 10 * seconds; ++i) {
@@ -42,7 +42,11 @@ ImageMask MaskAfter(double seconds, const Pixel& pixel) {
       for (int x = 0; x < kRoomWidth; ++x) image[y * kRoomWidth + x] = pixel(i / 10.0, x, y);
     parts.Add({image.data(), kRoomWidth, kRoomWidth, kRoomHeight}, i / 10.0);
   }
-  return parts.mask();
+  return parts;
+}
+
+ImageMask MaskAfter(double seconds, const Pixel& pixel) {
+  return PartsAfter(seconds, pixel).mask();
 }
 
 // Where the camera looks: to and fro, as one in a hand.
@@ -75,6 +79,15 @@ TEST(StillParts, AnOverlayIsFound) {
 
 TEST(StillParts, ACameraThatOnlyTurnsHasNone) {
   EXPECT_EQ(MaskAfter(12, Turning).HiddenShare(), 0);
+}
+
+TEST(StillParts, OnlyACameraThatMovedLongEnoughIsDoneWith) {
+  EXPECT_FALSE(PartsAfter(4, Turning).IsSettled());
+  EXPECT_TRUE(PartsAfter(12, Turning).IsSettled());
+  EXPECT_FALSE(PartsAfter(12, [](double, int x, int y) { return kRoom.At(x, y); }).IsSettled());
+  EXPECT_FALSE(PartsAfter(12, [](double t, int x, int y) {
+                 return y >= 180 ? kBonnet.At(x, y) : Turning(t, x, y);
+               }).IsSettled());
 }
 
 TEST(StillParts, ACameraThatStandsHasNone) {
