@@ -146,10 +146,16 @@ Relocalization FrameSearch::ByObjects(const Frame& frame) {
     return with_candidates(std::move(confirmed));
   }
   Relocalization best = poses.front();
-  if (best.IsFound() && tools_.places && IsMappedFrom(frame, best.cam_from_world)) {
-    best.evidence = PoseEvidence::kNone;
-    best.confidence = std::min(best.confidence, kUnconfirmed);
-    best.why_not = "objects agree with a pose from where the map shows other points";
+  if (best.IsFound() && tools_.places) {
+    best.confidence = ConfidenceOfObjectsAlone(best.objects);
+    const bool is_mapped = IsMappedFrom(frame, best.cam_from_world);
+    if (is_mapped) best.confidence = std::min(best.confidence, kUnconfirmed);
+    if (best.confidence < config.accept_confidence) {
+      best.evidence = PoseEvidence::kNone;
+      best.why_not = is_mapped
+                         ? "objects agree with a pose from where the map shows other points"
+                         : "objects agree as they would in another room that is arranged alike";
+    }
   }
   return with_candidates(std::move(best));
 }

@@ -32,6 +32,8 @@ struct PointSupport {
   // same pixel: matches seen from an unusual side have correlated errors, so that more of them in
   // one corner of the image do not help.
   double relative_sigma = 0;
+  // All that was found lies in one plane, and nothing beside it where something should be.
+  bool is_of_one_plane = false;
   // kLearned: compared by learned descriptors, too, which find things of one kind alike.
   Appearance appearance = Appearance::kOrb;
 };

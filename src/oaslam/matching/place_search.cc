@@ -11,6 +11,7 @@
 #include "oaslam/estimation/absolute_pose.h"
 #include "oaslam/map/landmark_sets.h"
 #include "oaslam/matching/place_matching.h"
+#include "oaslam/matching/plane_support.h"
 #include "oaslam/matching/point_observation.h"
 #include "oaslam/matching/projection_search.h"
 #include "oaslam/util/median.h"
@@ -88,6 +89,28 @@ double CoveredShare(const Features& features, std::span<const ProjectedLandmark>
   return static_cast<double>(covered) / (with_expected + kUnseen);
 }
 
+std::vector<Eigen::Vector3d> Positions(const Map& map, std::span<const LandmarkId> landmarks) {
+  std::vector<Eigen::Vector3d> positions;
+  for (const LandmarkId id : landmarks)
+    if (id.IsValid()) positions.push_back(map.landmarks.At(id).position);
+  return positions;
+}
+
+double MedianDistance(const Rigid3& cam_from_world, std::span<const Eigen::Vector3d> points) {
+  std::vector<double> distances;
+  for (const Eigen::Vector3d& x : points) distances.push_back((cam_from_world * x).norm());
+  return Median(std::move(distances));
+}
+
+bool IsOfOnePlane(const Map& map, const Relocalization& found,
+                  std::span<const ProjectedLandmark> expected) {
+  const std::vector<Eigen::Vector3d> points = Positions(map, found.points.landmarks);
+  std::vector<LandmarkId> ids;
+  for (const ProjectedLandmark& p : expected) ids.push_back(p.id);
+  return BesideThePlane(points, Positions(map, ids), MedianDistance(found.cam_from_world, points))
+      .IsOfOnePlane();
+}
+
 }  // namespace
 
 std::vector<LandmarkId> LandmarksAround(const Map& map, KeyframeId place) {
@@ -101,6 +124,7 @@ double ConfidenceOfPoints(const PointSupport& best) {
   constexpr double kExpected = 20;     // so that a share of few expected ones does not count much
   constexpr double kExact = 0.02;      // a smaller relative sigma is no better sign
   constexpr double kOfInlier = 0.125;  // few are no more certain than this, whatever their share
+  constexpr double kOnePlane = 3.3;    // log odds of a poster elsewhere: .75 right, others .99
   if (best.inliers < kFewest) return 0;
   // Rooms that are arranged alike agree in some fifty points of hundreds by learned descriptors, so
   // that the share counts more.
@@ -113,7 +137,8 @@ double ConfidenceOfPoints(const PointSupport& best) {
   const double log_odds = curve.constant + curve.share * std::log(found_share) +
                           curve.covered * std::log(best.covered + 0.05) -
                           curve.sigma * std::log(std::max(best.relative_sigma, kExact));
-  return 1 / (1 + std::exp(-std::min(log_odds, kOfInlier * best.inliers)));
+  const double against = best.is_of_one_plane ? kOnePlane : 0;
+  return 1 / (1 + std::exp(against - std::min(log_odds, kOfInlier * best.inliers)));
 }
 
 Relocalization SearchAround(const Frame& frame, const Map& map,
@@ -142,19 +167,18 @@ Relocalization SearchAround(const Frame& frame, const Map& map,
       if (pose.inlier[i])
         found.points.landmarks[selected.keypoints[i]] = matches.landmarks[selected.keypoints[i]];
     found.points.covered = CoveredShare(features, projected, found.points.landmarks);
+    if (&round == &kRounds[std::size(kRounds) - 1])
+      found.points.is_of_one_plane = IsOfOnePlane(map, found, projected);
   }
   Weigh(map, found);
   return found;
 }
 
 void Weigh(const Map& map, Relocalization& found, double tolerance) {
-  std::vector<double> distances;
-  for (const LandmarkId id : found.points.landmarks)
-    if (id.IsValid())
-      distances.push_back((found.cam_from_world * map.landmarks.At(id).position).norm());
-  if (distances.empty()) return;
+  const std::vector<Eigen::Vector3d> points = Positions(map, found.points.landmarks);
+  if (points.empty()) return;
   found.points.relative_sigma = found.sigma_position() * std::sqrt(found.points.inliers) /
-                                (tolerance * Median(std::move(distances)));
+                                (tolerance * MedianDistance(found.cam_from_world, points));
   found.confidence = ConfidenceOfPoints(found.points);
 }
 
@@ -165,8 +189,9 @@ void Judge(double min_confidence, Relocalization& found) {
           ? ""
           : fmt::format(
                 "{} of {} points that should be in view agree with the best pose, in {:.0f} "
-                "% of the image; position uncertain by {:.0f} % of the distance",
+                "% of the image{}; position uncertain by {:.0f} % of the distance",
                 found.points.inliers, found.points.expected, 100 * found.points.covered,
+                found.points.is_of_one_plane ? ", all in one plane" : "",
                 100 * found.points.relative_sigma);
 }
 

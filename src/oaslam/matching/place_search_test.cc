@@ -191,6 +191,13 @@ TEST(Confidence, OfPointsIsByWhatShouldBeInView) {
   EXPECT_LT(OfPoints(150, 500, 0.8, 0.3), OfPoints(150, 500, 0.8, 0.03));
 }
 
+TEST(Confidence, OfAPosterIsLowWhateverItsSize) {
+  PointSupport poster{.inliers = 176, .expected = 1150, .covered = 0.56, .relative_sigma = 0.082};
+  EXPECT_GT(ConfidenceOfPoints(poster), 0.95);
+  poster.is_of_one_plane = true;
+  EXPECT_LT(ConfidenceOfPoints(poster), 0.9);
+}
+
 TEST(Confidence, OfFewPointsIsLowWhateverTheirShare) {
   EXPECT_EQ(OfPoints(7, 10, 1, 0.01), 0);
   EXPECT_LT(OfPoints(15, 15, 1, 0.01), 0.9);

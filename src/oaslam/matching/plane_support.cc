@@ -1,0 +1,60 @@
+#include "oaslam/matching/plane_support.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace oaslam {
+namespace {
+
+struct Plane {
+  Eigen::Vector3d normal, point;
+  double DistanceTo(const Eigen::Vector3d& x) const { return std::abs(normal.dot(x - point)); }
+};
+
+// The plane with the least squared distances to the points nearer than `near` to the one before.
+std::optional<Plane> Fit(std::span<const Eigen::Vector3d> points,
+                         const std::optional<Plane>& before, double near) {
+  const auto is_used = [&](const Eigen::Vector3d& x) {
+    return !before || before->DistanceTo(x) < near;
+  };
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int count = 0;
+  for (const Eigen::Vector3d& x : points)
+    if (is_used(x)) sum += x, ++count;
+  if (count < 4) return std::nullopt;  // three lie in a plane always
+  const Eigen::Vector3d mean = sum / count;
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& x : points)
+    if (is_used(x)) scatter += (x - mean) * (x - mean).transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter);
+  return Plane{eigen.eigenvectors().col(0), mean};
+}
+
+}  // namespace
+
+bool PlaneSupport::IsOfOnePlane() const {
+  constexpr double kLeast = 8;     // fewer may be missed by chance
+  constexpr double kShare = 0.05;  // of those expected
+  return expected_beside >= kLeast && beside < kShare * expected_beside;
+}
+
+PlaneSupport BesideThePlane(std::span<const Eigen::Vector3d> found,
+                            std::span<const Eigen::Vector3d> expected, double distance) {
+  constexpr double kNear = 0.03, kNearExpected = 0.05;  // of the distance
+  constexpr double kFew = 5;  // so that a share of few expected ones does not count much
+  std::optional<Plane> plane = Fit(found, std::nullopt, 0);
+  for (const double near : {0.1, 0.05, kNear})
+    if (plane) plane = Fit(found, plane, near * distance);
+  if (!plane) return {};
+  const auto near_it = [&](std::span<const Eigen::Vector3d> points, double near) {
+    return static_cast<double>(std::ranges::count_if(
+        points, [&](const Eigen::Vector3d& x) { return plane->DistanceTo(x) < near * distance; }));
+  };
+  const double in_plane = near_it(found, kNear), expected_in = near_it(expected, kNearExpected);
+  return {static_cast<int>(static_cast<double>(found.size()) - in_plane),
+          in_plane / (expected_in + kFew) * (static_cast<double>(expected.size()) - expected_in)};
+}
+
+}  // namespace oaslam
