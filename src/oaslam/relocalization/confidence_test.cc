@@ -39,7 +39,7 @@ TEST(Confidence, OfObjectsAloneIsLowInARoomThatIsArrangedAlike) {
   EXPECT_GT(alone(142, 142, 15, 0.02), 0.99);
   EXPECT_LT(alone(66, 66, 10, 0.02), 0.9);  // fits less well, but nowhere else
   EXPECT_LT(alone(75, 22, 9, 0.02), 0.9);   // fits nearly as well elsewhere
-  EXPECT_LT(alone(44, 44, 4, 0.15), 0.9);   // fits well, from too far away
+  EXPECT_LT(alone(44, 44, 4, 0.2), 0.9);    // fits well, from too far away
   EXPECT_LE(alone(38, 18, 4, 0.01), Confidence(38, 18, 4));
   EXPECT_EQ(alone(0, 0, 0, 1), 0);
 }
