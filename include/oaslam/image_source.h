@@ -14,7 +14,7 @@ namespace oaslam {
 // How an image file is read. Calibrations and boxes usually refer to the stored pixels.
 enum class Orientation {
   kStored,   // the pixels as stored in the file
-  kUpright,  // rotated (and mirrored) by its EXIF orientation, if it has one that OpenCV knows
+  kUpright,  // rotated (and mirrored) by its EXIF orientation, or by a HEIC's own transformations
 };
 
 // An image and its origin.
@@ -99,9 +99,10 @@ OASLAM_API std::optional<std::vector<ListedImage>> ListImages(const std::string&
 // to 30 %, so that it is only a start value.
 //
 // `source` as for OpenImages. It is read from the tag that Apple's devices write into a video's
-// container, from EXIF's FocalLengthIn35mmFilm (0xA405) in a JPEG file, and for a folder or list
-// from its first image. Nothing for a camera, where it is not stated (or stated as 0, "unknown", or
-// outside of 2 to 3000), and where the source cannot be read, which OpenImages reports.
+// container, from EXIF's FocalLengthIn35mmFilm (0xA405) in a JPEG, HEIC or AVIF file, and for a
+// folder or list from its first image. Nothing for a camera, where it is not stated (or stated as
+// 0, "unknown", or outside of 2 to 3000), and where the source cannot be read, which OpenImages
+// reports.
 OASLAM_API std::optional<double> FocalLength35mm(const std::string& source);
 
 }  // namespace oaslam

@@ -12,6 +12,7 @@
 #include "oaslam/formats/time_unit.h"
 #include "oaslam/images/camera_source.h"
 #include "oaslam/images/image_files.h"
+#include "oaslam/images/sensor_data.h"
 #include "oaslam/images/video_container.h"
 #include "oaslam/images/video_source.h"
 #include "oaslam/util/log.h"
@@ -88,10 +89,19 @@ void SetTimes(const std::string& source, const ImageSourceOptions& options,
     images[i].timestamp = static_cast<double>(i) / options.fps.value_or(kDefaultFps);
 }
 
+// A folder of nothing but what a sensor measured.
+void RefuseRawFiles(const std::string& folder) {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error))
+    if (const std::string path = entry.path().string(); HasRawExtension(path))
+      throw InputError(RefusalOfSensorData(path));
+}
+
 std::vector<ListedImage> ListFolder(const std::string& folder, const ImageSourceOptions& options) {
   std::vector<ListedImage> images;
   for (const std::string& name : ImageNames(folder))
     images.push_back({0, (fs::path(folder) / name).string()});
+  if (images.empty()) RefuseRawFiles(folder);
   SetTimes(folder, options, images);
   return images;
 }
@@ -114,6 +124,8 @@ std::vector<ListedImage> ReadList(const std::string& path, const ImageSourceOpti
                                    Quoted(line), with_times.value_or(true) ? "timestamp " : ""));
     with_times = parsed.time.has_value();
     if (IsHelperFile(BaseName(std::string(parsed.path)))) continue;
+    if (HasRawExtension(std::string(parsed.path)))
+      throw InputError(RefusalOfSensorData(PathOfLine(folder, parsed.path)));
     images.push_back({parsed.time.value_or(0) * unit.value_or(1), PathOfLine(folder, parsed.path)});
   }
   if (!with_times.value_or(true))
@@ -166,6 +178,7 @@ std::optional<std::vector<ListedImage>> ListAll(const std::string& source,
     return fs::exists(list, error) ? ReadList(list, options) : ListFolder(source, options);
   }
   CheckPlainFile(source);
+  if (HasRawExtension(source)) throw InputError(RefusalOfSensorData(source));
   if (HasImageExtension(source)) return std::vector{ListedImage{0.0, source}};
   if (IsText(source)) return ReadList(source, options);
   return std::nullopt;
