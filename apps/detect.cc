@@ -6,6 +6,7 @@
 
 #include "commands.h"
 #include "common.h"
+#include "dataset_choice.h"
 #include "detector_options.h"
 #include "failures.h"
 #include "oaslam/detection/detector_pool.h"
@@ -79,6 +80,7 @@ void RunDetect(DetectOptions options) {
   const OutputFolder folder = FolderOfOutputFile(options.out);
   ImageSourceOptions range = FrameRange(options.common);
   range.color = true;
+  TakeDataset(options.images, options.common, {});
   const auto source = OpenImages(options.images, range);
   spdlog::info("{}: layout {}, input {}x{}", NameOfDetector(options.detector),
                ToString(detector->layout()), detector->input_size().width,
@@ -127,6 +129,7 @@ void AddDetectCommand(CLI::App& app) {
       "Continue the file of an interrupted run: the images in it are not processed again");
   AddFrameOptions(*command, options->common);
   AddExifOption(*command, options->common);
+  AddDatasetOption(*command, options->common);
   AddFollowOption(*command, options->common);
   AddQuietOption(*command, options->common);
   command->callback([options] { RunDetect(*options); });

@@ -6,6 +6,7 @@
 
 #include "commands.h"
 #include "common.h"
+#include "dataset_choice.h"
 #include "oaslam/error.h"
 #include "oaslam/exports/map_export.h"
 #include "recording_choice.h"
@@ -107,6 +108,7 @@ void AddExportCommand(CLI::App& app) {
   command->add_flag("--ellipsoids", options->ellipsoids, "ply: the objects as meshes, too");
   AddFrameOptions(*command, options->common);
   AddExifOption(*command, options->common);
+  AddDatasetOption(*command, options->common);
   AddQuietOption(*command, options->common);
   command->callback([options] { Export(*options); });
 }

@@ -13,6 +13,7 @@
 #include "commands.h"
 #include "common.h"
 #include "content_options.h"
+#include "dataset_choice.h"
 #include "detection_choice.h"
 #include "failures.h"
 #include "frame_inputs.h"
@@ -366,12 +367,14 @@ LocalizeOptions Complete(LocalizeOptions options) {
 }
 
 void Localize(const LocalizeOptions& given) {
-  const LocalizeOptions options = Complete(given);
+  LocalizeOptions options = Complete(given);
   if (options.recording.IsAskedFor() && options.images.empty())
     throw InputError("localize: --record needs --images");
   if (!options.side.imu.empty() && options.images.empty())
     throw InputError("localize: --imu needs --images");
   const SlamConfig config = LoadConfiguration(options.common);
+  TakeDataset(options.images, options.common,
+              {&options.camera, options.every_frame ? nullptr : &options.side.imu});
   const SavedMap saved = LoadPiece(options.map, options.piece);
   const OutputFolder folder(options.out);
   LocalizeResults results(options.out);
@@ -429,6 +432,7 @@ void AddLocalizeCommand(CLI::App& app) {
   AddModelOption(*command, options->models)->needs(record);
   AddCommonOptions(*command, options->common);
   AddExifOption(*command, options->common);
+  AddDatasetOption(*command, options->common);
   AddFollowOption(*command, options->common);
   command->callback([options] { Localize(*options); });
 }

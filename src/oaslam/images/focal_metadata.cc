@@ -6,6 +6,7 @@
 #include "oaslam/formats/text.h"
 #include "oaslam/image_source.h"
 #include "oaslam/images/camera_source.h"
+#include "oaslam/images/dataset.h"
 #include "oaslam/images/exif_data.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/video_container.h"
@@ -31,7 +32,7 @@ std::optional<double> FocalLength35mm(const std::string& source) {
   if (IsCamera(source)) return std::nullopt;
   try {
     const auto images = ListImages(source, {});
-    const auto length = images ? FromExif(images->front().path) : FromVideo(source);
+    const auto length = images ? FromExif(images->front().path) : FromVideo(FilmOf(source, {}));
     return length && CanBeFocalLength35mm(*length) ? length : std::nullopt;
   } catch (const InputError&) {
     return std::nullopt;

@@ -11,6 +11,7 @@
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/time_unit.h"
 #include "oaslam/images/camera_source.h"
+#include "oaslam/images/dataset.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/sensor_data.h"
 #include "oaslam/images/video_container.h"
@@ -67,8 +68,41 @@ void CheckSteps(const std::vector<ListedImage>& images, const std::string& sourc
     throw InputError(fmt::format("{}: {}", source, problem));
 }
 
-// Gives the images their times: those of their names, by which they are sorted then, or by the rate
-// in their order. Whether names are times is said.
+// A folder of nothing but what a sensor measured.
+void RefuseRawFiles(const std::string& folder) {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error))
+    if (const std::string path = entry.path().string(); HasRawExtension(path))
+      throw InputError(RefusalOfSensorData(path));
+}
+
+// Whether a file may be a list: it has no control characters, and no line that is longer than a
+// path.
+bool IsText(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, 1 << 16> head{};  // enough to tell text from binary data
+  file.read(head.data(), head.size());
+  return LooksLikeText({head.data(), static_cast<size_t>(file.gcount())});
+}
+
+void CheckPlainFile(const std::string& source) {
+  std::error_code error;
+  switch (fs::status(source, error).type()) {
+    case fs::file_type::regular:
+      if (fs::file_size(source, error) == 0) throw InputError(fmt::format("{}: is empty", source));
+      return;
+    case fs::file_type::fifo:
+    case fs::file_type::socket:
+      throw InputError(
+          fmt::format("{}: is a pipe, which can be read only once; save it as a file", source));
+    default:
+      throw InputError(fmt::format(
+          "{}: is a device, expected a file or a folder; webcam:N is a camera", source));
+  }
+}
+
+}  // namespace
+
 void SetTimes(const std::string& source, const ImageSourceOptions& options,
               std::vector<ListedImage>& images) {
   std::vector<std::string> names;
@@ -89,18 +123,12 @@ void SetTimes(const std::string& source, const ImageSourceOptions& options,
     images[i].timestamp = static_cast<double>(i) / options.fps.value_or(kDefaultFps);
 }
 
-// A folder of nothing but what a sensor measured.
-void RefuseRawFiles(const std::string& folder) {
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error))
-    if (const std::string path = entry.path().string(); HasRawExtension(path))
-      throw InputError(RefusalOfSensorData(path));
-}
-
-std::vector<ListedImage> ListFolder(const std::string& folder, const ImageSourceOptions& options) {
+std::vector<ListedImage> ListFolder(const std::string& folder, const ImageSourceOptions& options,
+                                    const std::string& end) {
   std::vector<ListedImage> images;
   for (const std::string& name : ImageNames(folder))
-    images.push_back({0, (fs::path(folder) / name).string()});
+    if (WithoutExtension(name).ends_with(end))
+      images.push_back({0, (fs::path(folder) / name).string()});
   if (images.empty()) RefuseRawFiles(folder);
   SetTimes(folder, options, images);
   return images;
@@ -135,33 +163,6 @@ std::vector<ListedImage> ReadList(const std::string& path, const ImageSourceOpti
   return images;
 }
 
-// Whether a file may be a list: it has no control characters, and no line that is longer than a
-// path.
-bool IsText(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::array<char, 1 << 16> head{};  // enough to tell text from binary data
-  file.read(head.data(), head.size());
-  return LooksLikeText({head.data(), static_cast<size_t>(file.gcount())});
-}
-
-void CheckPlainFile(const std::string& source) {
-  std::error_code error;
-  switch (fs::status(source, error).type()) {
-    case fs::file_type::regular:
-      if (fs::file_size(source, error) == 0) throw InputError(fmt::format("{}: is empty", source));
-      return;
-    case fs::file_type::fifo:
-    case fs::file_type::socket:
-      throw InputError(
-          fmt::format("{}: is a pipe, which can be read only once; save it as a file", source));
-    default:
-      throw InputError(fmt::format(
-          "{}: is a device, expected a file or a folder; webcam:N is a camera", source));
-  }
-}
-
-}  // namespace
-
 std::optional<std::vector<ListedImage>> ListAll(const std::string& source,
                                                 const ImageSourceOptions& options) {
   std::error_code error;
@@ -173,10 +174,11 @@ std::optional<std::vector<ListedImage>> ListAll(const std::string& source,
                                    fs::read_symlink(source, error).string()));
     throw InputError(fmt::format("{}: there is no such file or folder", source));
   }
-  if (fs::is_directory(source, error)) {
-    const std::string list = (fs::path(source) / "rgb.txt").string();
-    return fs::exists(list, error) ? ReadList(list, options) : ListFolder(source, options);
+  if (auto dataset = FindDataset(source, options)) {
+    if (!dataset->film.empty()) return std::nullopt;
+    return std::move(dataset->images);
   }
+  if (fs::is_directory(source, error)) return ListFolder(source, options);
   CheckPlainFile(source);
   if (HasRawExtension(source)) throw InputError(RefusalOfSensorData(source));
   if (HasImageExtension(source)) return std::vector{ListedImage{0.0, source}};
@@ -194,7 +196,7 @@ std::vector<std::string> NamesOfImages(const std::string& source,
     for (const ListedImage& image : *images) names.push_back(BaseName(image.path));
     return names;
   }
-  const int count = ReadVideoContainer(source).images;
+  const int count = ReadVideoContainer(FilmOf(source, options)).images;
   for (int i = 0; i < count; ++i) names.push_back(NameOfVideoImage(i));
   return names;
 }

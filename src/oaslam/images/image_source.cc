@@ -10,6 +10,7 @@
 #include "oaslam/formats/text.h"
 #include "oaslam/images/bit_depth.h"
 #include "oaslam/images/camera_source.h"
+#include "oaslam/images/dataset.h"
 #include "oaslam/images/followed_folder.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/image_list.h"
@@ -113,7 +114,7 @@ std::unique_ptr<ImageSource> OpenImages(const std::string& source,
     return std::make_unique<ListSource>(source, std::move(*images), options);
   if (options.time_unit)
     throw InputError(fmt::format("{}: --time-unit: a video tells the unit of its times", source));
-  return OpenVideo(source, options);
+  return OpenVideo(FilmOf(source, options), options);
 }
 
 }  // namespace oaslam
