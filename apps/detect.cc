@@ -118,7 +118,7 @@ void AddDetectCommand(CLI::App& app) {
       app.add_subcommand("detect", "Run an object detector on images and save what it finds");
   auto* images = command->add_option(
       "--images", options->images,
-      "TUM folder, list file, folder of images, video, or camera (webcam:0, rtsp://...)");
+      "folder of a dataset or of images, list file, video, or camera (webcam:0, rtsp://...)");
   command->add_option("path", options->path, "the images, as for --images")->excludes(images);
   AddDetectorOptions(*command, options->detector);
   command->add_option("--out", options->out, "Where to write the detections (JSON)")

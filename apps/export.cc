@@ -99,7 +99,7 @@ void AddExportCommand(CLI::App& app) {
   command
       ->add_option(
           "--images", options->images,
-          "colmap, nerfstudio: the images of the run (TUM folder, list file, folder, video), found "
+          "colmap, nerfstudio: the images of the run (folder, list file, video), found "
           "by time; a video's frames are written to images/. auto: where they were. Repeated for a "
           "map of several recordings, in their order. Without: names are time stamps")
       ->expected(1)

@@ -403,9 +403,10 @@ void AddLocalizeCommand(CLI::App& app) {
   const auto options = std::make_shared<LocalizeOptions>();
   command->add_option("--map", options->map, "map file")->required();
   AddPieceOption(*command, options->piece);
-  auto* images = command->add_option("--images", options->images,
-                                     "TUM folder, list file, folder of images, video, or camera "
-                                     "(webcam:0, rtsp://...); without: by detections alone");
+  auto* images =
+      command->add_option("--images", options->images,
+                          "folder of a dataset or of images, list file, video, or camera "
+                          "(webcam:0, rtsp://...); without: by detections alone");
   AddPlainForm(*command, options->plain, images);
   command->add_option("--camera", options->camera,
                       "calibration file, fov:DEGREES for a guess, or auto (default): that of the "

@@ -129,7 +129,7 @@ void AddOdometryCommand(CLI::App& app) {
   command
       ->add_option(
           "images", options->images,
-          "TUM folder, list file, folder of images, video, or camera (webcam:0, rtsp://...)")
+          "folder of a dataset or of images, list file, video, or camera (webcam:0, rtsp://...)")
       ->required();
   command->add_option("--camera", options->camera,
                       "Calibration file, or fov:DEGREES; by default that of a dataset");

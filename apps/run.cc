@@ -363,7 +363,7 @@ void AddRunCommand(CLI::App& app) {
   const auto options = std::make_shared<RunOptions>();
   auto* images = command->add_option(
       "--images", options->images,
-      "TUM folder, list file, folder of images, video, or camera (webcam:0, rtsp://...)");
+      "folder of a dataset or of images, list file, video, or camera (webcam:0, rtsp://...)");
   AddPlainForm(*command, options->plain, images);
   AddCameraOptions(*command, options->camera);
   AddMaskOption(*command, options->mask);

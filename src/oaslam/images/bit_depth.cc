@@ -7,6 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "oaslam/error.h"
+#include "oaslam/images/heif_file.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/sensor_data.h"
 #include "oaslam/util/log.h"
@@ -16,10 +17,10 @@ namespace {
 
 constexpr int kAllBits = 16;
 
-// As it is in the file; empty where it cannot be read.
+// As it is in the file; empty where OpenCV cannot read it.
 cv::Mat ReadUnchanged(const std::string& path) {
   const std::vector<char> bytes = BytesOf(path);
-  if (bytes.empty()) return {};
+  if (bytes.empty() || IsHeif(bytes)) return {};  // which is decoded to 8 bits
   try {
     return cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
   } catch (const cv::Exception&) {
@@ -51,11 +52,11 @@ int LookAtImages(const std::string& source, const std::vector<std::string>& path
   for (size_t i = 0; i < count; ++i) {
     const std::string& path = paths[i * (paths.size() - 1) / std::max<size_t>(count - 1, 1)];
     const cv::Mat image = ReadUnchanged(path);
-    if (i == 0 && image.channels() == 1 && !image.empty() &&
-        (IsNamedBayer(path) || IsBayerMosaic(image)))
+    if (image.empty()) continue;
+    if (bits == 0 && image.channels() == 1 && (IsNamedBayer(path) || IsBayerMosaic(image)))
       throw InputError(RefusalOfSensorData(path));
-    if (!image.empty() && image.depth() != CV_16U) return kAllBits;
-    if (!image.empty()) bits = std::max(bits, UsedBits(image));
+    if (image.depth() != CV_16U) return kAllBits;
+    bits = std::max(bits, UsedBits(image));
   }
   if (bits == 0 || bits == kAllBits) return kAllBits;
   if (!quiet)

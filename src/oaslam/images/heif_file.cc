@@ -43,15 +43,27 @@ OpenedHeif OpenHeif(const std::vector<char>& bytes) {
   return file;
 }
 
+// The major brand, which stands in the first box behind its size and "ftyp"; empty: no such file.
+std::string_view BrandOf(const std::vector<char>& bytes) {
+  constexpr size_t kBox = 12;
+  const std::string_view head(bytes.data(), std::min(bytes.size(), kBox));
+  return head.size() == kBox && head.substr(4, 4) == "ftyp" ? head.substr(8) : std::string_view();
+}
+
+// Whether this system decodes what is usual in a file of this brand.
+bool HasDecoderFor(const std::vector<char>& bytes) {
+  const std::string_view brand = BrandOf(bytes);
+  const bool is_avif = brand.starts_with("avi"), is_any = brand == "mif1" || brand == "msf1";
+  return (!is_avif && heif_have_decoder_for_format(heif_compression_HEVC)) ||
+         ((is_avif || is_any) && heif_have_decoder_for_format(heif_compression_AV1));
+}
+
 }  // namespace
 
 bool IsHeif(const std::vector<char>& bytes) {
-  constexpr size_t kBox = 12;  // size, "ftyp", and the major brand
-  if (bytes.size() < kBox) return false;
-  const std::string_view head(bytes.data(), kBox);
   constexpr std::array<std::string_view, 8> kBrands = {"heic", "heix", "heim", "heis",
                                                        "mif1", "msf1", "avif", "avis"};
-  return head.substr(4, 4) == "ftyp" && std::ranges::count(kBrands, head.substr(8, 4)) > 0;
+  return std::ranges::count(kBrands, BrandOf(bytes)) > 0;
 }
 
 cv::Mat DecodeHeif(const std::vector<char>& bytes, bool color, Orientation orientation,
@@ -64,13 +76,11 @@ cv::Mat DecodeHeif(const std::vector<char>& bytes, bool color, Orientation orien
   const heif_error error = heif_decode_image(file.handle.get(), &decoded, heif_colorspace_RGB,
                                              heif_chroma_interleaved_RGB, options.get());
   const HeifImage image(decoded);
-  if (error.code == heif_error_Unsupported_filetype ||
-      error.code == heif_error_Unsupported_feature || error.code == heif_error_Plugin_loading_error)
+  if (error.code != heif_error_Ok && !HasDecoderFor(bytes))
     throw InputError(
-        fmt::format("{}: cannot be decoded: {}; install libheif's decoders "
-                    "(libheif-plugin-libde265 for HEIC, libheif-plugin-dav1d for AVIF), or convert "
-                    "it to JPEG",
-                    path, error.message));
+        fmt::format("{}: this system has no decoder for it: install libheif's (HEIC: "
+                    "libheif-plugin-libde265, AVIF: libheif-plugin-dav1d), or convert it to JPEG",
+                    path));
   if (error.code != heif_error_Ok) return {};
   int stride = 0;
   const uint8_t* data =
