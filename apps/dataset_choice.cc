@@ -55,7 +55,7 @@ void TakeDataset(const std::string& images, const CommonOptions& common, const F
   }
   if (into.truth && into.truth->empty() && dataset->truth) {
     *into.truth = dataset->truth();
-    taken.push_back(fmt::format("{} true poses", into.truth->size()));
+    if (!into.truth->empty()) taken.push_back(fmt::format("{} true poses", into.truth->size()));
   }
   spdlog::info("{}: taken for {} (--dataset): {}", images, dataset->layout, fmt::join(taken, ", "));
 }

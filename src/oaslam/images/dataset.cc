@@ -171,6 +171,7 @@ std::optional<Dataset> FindKitti(const DatasetFolder& folder) {
   if (images.empty() || !folder.Has("times.txt")) return std::nullopt;
   Dataset dataset;
   dataset.images = ListFolder(images, folder.options);
+  if (dataset.images.empty()) return dataset;
   const auto seconds = LoadNumberRows(times, 1);
   CheckCount(times, seconds.size(), "times", images, dataset.images.size());
   for (size_t i = 0; i < seconds.size() && !folder.options.fps; ++i)

@@ -381,7 +381,11 @@ TEST(Dataset, DamagedFilesAreNamed) {
       HasSubstr("frames[0].transform_matrix: 3 numbers, expected 12"));
   EXPECT_THAT(ProblemOf("Record3D", "metadata", "x"), HasSubstr("metadata: is no JSON"));
   EXPECT_THAT(ProblemOf("Record3D", "metadata", "{\"fps\": -1}"), HasSubstr("fps: -1, allowed"));
-  const TempFolder scene;
+  const TempFolder empty, scene;
+  empty.Write("image_0/readme.txt", "none");
+  empty.Write("times.txt", "0\n");
+  EXPECT_THAT(InputErrorOf([&] { FindDataset(empty.path(), {}); }),
+              AllOf(HasSubstr(empty.path()), HasSubstr("KITTI, but no images")));
   scene.Write("seq-01/frame-000000.color.png", kTinyImage);
   scene.Write("TrainSplit.txt", "sequence1\n");
   EXPECT_THAT(InputErrorOf([&] { FindDataset(scene.path(), {}); }),
