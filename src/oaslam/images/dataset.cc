@@ -5,7 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
