@@ -153,6 +153,7 @@ Classes LoadClasses(const CommonOptions& options) {
 ImageSourceOptions FrameRange(const CommonOptions& options) {
   ImageSourceOptions range{.fps = options.fps, .from = options.from, .to = options.to};
   range.time_unit = SecondsInUnit(options.time_unit);
+  range.dataset = options.dataset;
   if (options.exif_rotation) range.orientation = Orientation::kUpright;
   if (options.follow_s) range.follow = FollowOptions{*options.follow_s};
   range.stopped = Interrupted;

@@ -27,6 +27,7 @@ struct CommonOptions {
   std::optional<double> fps;
   std::string time_unit;           // --time-unit: a name; empty: told by the times
   bool exif_rotation = false;      // image files are rotated by their metadata
+  std::string dataset;             // --dataset: a layout or none; empty: told by the files
   std::optional<double> follow_s;  // --follow: 0 without a limit
 };
 

@@ -6,6 +6,7 @@
 
 #include "commands.h"
 #include "common.h"
+#include "dataset_choice.h"
 #include "detector_options.h"
 #include "failures.h"
 #include "oaslam/detection/detector_pool.h"
@@ -79,6 +80,7 @@ void RunDetect(DetectOptions options) {
   const OutputFolder folder = FolderOfOutputFile(options.out);
   ImageSourceOptions range = FrameRange(options.common);
   range.color = true;
+  TakeDataset(options.images, options.common, {});
   const auto source = OpenImages(options.images, range);
   spdlog::info("{}: layout {}, input {}x{}", NameOfDetector(options.detector),
                ToString(detector->layout()), detector->input_size().width,
@@ -116,7 +118,7 @@ void AddDetectCommand(CLI::App& app) {
       app.add_subcommand("detect", "Run an object detector on images and save what it finds");
   auto* images = command->add_option(
       "--images", options->images,
-      "TUM folder, list file, folder of images, video, or camera (webcam:0, rtsp://...)");
+      "folder of a dataset or of images, list file, video, or camera (webcam:0, rtsp://...)");
   command->add_option("path", options->path, "the images, as for --images")->excludes(images);
   AddDetectorOptions(*command, options->detector);
   command->add_option("--out", options->out, "Where to write the detections (JSON)")
@@ -127,6 +129,7 @@ void AddDetectCommand(CLI::App& app) {
       "Continue the file of an interrupted run: the images in it are not processed again");
   AddFrameOptions(*command, options->common);
   AddExifOption(*command, options->common);
+  AddDatasetOption(*command, options->common);
   AddFollowOption(*command, options->common);
   AddQuietOption(*command, options->common);
   command->callback([options] { RunDetect(*options); });

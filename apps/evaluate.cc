@@ -7,6 +7,7 @@
 
 #include "commands.h"
 #include "common.h"
+#include "dataset_choice.h"
 #include "oaslam/error.h"
 #include "oaslam/evaluation/object_metrics.h"
 #include "oaslam/evaluation/plots.h"
@@ -92,7 +93,7 @@ struct Estimate {
 void Evaluate(const EvaluateOptions& o, const Estimate& estimated,
               const std::string& groundtruth_path) {
   const std::vector<StampedPose>& estimate = estimated.poses;
-  const auto groundtruth = LoadTrajectory(groundtruth_path);
+  const auto groundtruth = LoadGroundtruth(groundtruth_path, o.common);
   const TrajectoryReport report = EvaluateTrajectory(groundtruth, estimate, ParseAlign(o.align));
   if (!report.success) throw InputError(fmt::format("{}: {}", estimated.name, report.why_not));
   const double scale = report.reference_from_estimate.scale;
@@ -172,7 +173,7 @@ void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
 Alignment AlignMap(const EvaluateOptions& o, const std::string& map_trajectory) {
   const std::string& groundtruth = o.map_groundtruth.empty() ? o.groundtruth : o.map_groundtruth;
   const TrajectoryReport report = EvaluateTrajectory(
-      LoadTrajectory(groundtruth), LoadTrajectory(map_trajectory), ParseAlign(o.align));
+      LoadGroundtruth(groundtruth, o.common), LoadTrajectory(map_trajectory), ParseAlign(o.align));
   if (!report.success) throw InputError(fmt::format("{}: {}", map_trajectory, report.why_not));
   return report.reference_from_estimate;
 }
@@ -234,7 +235,7 @@ std::vector<Alignment> AlignMaps(const EvaluateOptions& o) {
 
 void EvaluateRelocalizationCommand(const EvaluateOptions& o) {
   const std::vector<Alignment> alignments = AlignMaps(o);
-  const auto groundtruth = LoadTrajectory(o.groundtruth);
+  const auto groundtruth = LoadGroundtruth(o.groundtruth, o.common);
   std::vector<RelocalizationErrors> curves;
   for (size_t i = 0; i < o.poses.size(); ++i) {
     const auto poses = LoadTrajectory(o.poses[i]);
@@ -323,8 +324,10 @@ void AddEvaluateCommand(CLI::App& app) {
       "trajectory", "Absolute and relative error of a trajectory (TUM format)");
   trajectory->add_option("estimate", o.estimate, "Trajectory, or a map file")->required();
   trajectory
-      ->add_option("groundtruth", o.groundtruths,
-                   "Ground truth; of a map of several recordings one for each")
+      ->add_option(
+          "groundtruth", o.groundtruths,
+          "Ground truth, or the folder of a dataset that has it; of a map of several recordings "
+          "one for each")
       ->required();
   AddRecordingOption(*trajectory, o.recording);
   trajectory->add_option("--plot", o.plot, "Draw both into this SVG");
@@ -400,7 +403,12 @@ void AddEvaluateCommand(CLI::App& app) {
       ->required();
   for (CLI::App* command : {relocalization, objects})
     command->add_option("--groundtruth", o.groundtruth, "Ground truth (TUM format)")->required();
-  for (CLI::App* command : {trajectory, relocalization, objects}) AddAlign(*command, o);
+  for (CLI::App* command : {trajectory, relocalization, objects}) {
+    AddAlign(*command, o);
+    command->add_option("--fps", o.common.fps,
+                        "Frames a second that the run was given, where a folder without times is "
+                        "the ground truth");
+  }
   for (CLI::App* command : {trajectory, relocalization, reliability, states, objects})
     AddQuietOption(*command, o.common);
 }

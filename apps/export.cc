@@ -6,6 +6,7 @@
 
 #include "commands.h"
 #include "common.h"
+#include "dataset_choice.h"
 #include "oaslam/error.h"
 #include "oaslam/exports/map_export.h"
 #include "recording_choice.h"
@@ -98,7 +99,7 @@ void AddExportCommand(CLI::App& app) {
   command
       ->add_option(
           "--images", options->images,
-          "colmap, nerfstudio: the images of the run (TUM folder, list file, folder, video), found "
+          "colmap, nerfstudio: the images of the run (folder, list file, video), found "
           "by time; a video's frames are written to images/. auto: where they were. Repeated for a "
           "map of several recordings, in their order. Without: names are time stamps")
       ->expected(1)
@@ -107,6 +108,7 @@ void AddExportCommand(CLI::App& app) {
   command->add_flag("--ellipsoids", options->ellipsoids, "ply: the objects as meshes, too");
   AddFrameOptions(*command, options->common);
   AddExifOption(*command, options->common);
+  AddDatasetOption(*command, options->common);
   AddQuietOption(*command, options->common);
   command->callback([options] { Export(*options); });
 }

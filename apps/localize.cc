@@ -13,6 +13,7 @@
 #include "commands.h"
 #include "common.h"
 #include "content_options.h"
+#include "dataset_choice.h"
 #include "detection_choice.h"
 #include "failures.h"
 #include "frame_inputs.h"
@@ -366,12 +367,14 @@ LocalizeOptions Complete(LocalizeOptions options) {
 }
 
 void Localize(const LocalizeOptions& given) {
-  const LocalizeOptions options = Complete(given);
+  LocalizeOptions options = Complete(given);
   if (options.recording.IsAskedFor() && options.images.empty())
     throw InputError("localize: --record needs --images");
   if (!options.side.imu.empty() && options.images.empty())
     throw InputError("localize: --imu needs --images");
   const SlamConfig config = LoadConfiguration(options.common);
+  TakeDataset(options.images, options.common,
+              {&options.camera, options.every_frame ? nullptr : &options.side.imu});
   const SavedMap saved = LoadPiece(options.map, options.piece);
   const OutputFolder folder(options.out);
   LocalizeResults results(options.out);
@@ -400,9 +403,10 @@ void AddLocalizeCommand(CLI::App& app) {
   const auto options = std::make_shared<LocalizeOptions>();
   command->add_option("--map", options->map, "map file")->required();
   AddPieceOption(*command, options->piece);
-  auto* images = command->add_option("--images", options->images,
-                                     "TUM folder, list file, folder of images, video, or camera "
-                                     "(webcam:0, rtsp://...); without: by detections alone");
+  auto* images =
+      command->add_option("--images", options->images,
+                          "folder of a dataset or of images, list file, video, or camera "
+                          "(webcam:0, rtsp://...); without: by detections alone");
   AddPlainForm(*command, options->plain, images);
   command->add_option("--camera", options->camera,
                       "calibration file, fov:DEGREES for a guess, or auto (default): that of the "
@@ -429,6 +433,7 @@ void AddLocalizeCommand(CLI::App& app) {
   AddModelOption(*command, options->models)->needs(record);
   AddCommonOptions(*command, options->common);
   AddExifOption(*command, options->common);
+  AddDatasetOption(*command, options->common);
   AddFollowOption(*command, options->common);
   command->callback([options] { Localize(*options); });
 }

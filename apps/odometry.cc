@@ -8,6 +8,7 @@
 #include "camera_choice.h"
 #include "commands.h"
 #include "common.h"
+#include "dataset_choice.h"
 #include "failures.h"
 #include "frame_inputs.h"
 #include "mask_choice.h"
@@ -90,7 +91,9 @@ void TrackAll(FrameInputs& inputs, Odometry& odometry, bool quiet, Report& repor
   progress.Finish();
 }
 
-void RunOdometry(const OdometryCommandOptions& options) {
+void RunOdometry(const OdometryCommandOptions& given) {
+  OdometryCommandOptions options = given;
+  TakeDataset(options.images, options.common, {&options.camera, &options.side.imu});
   if (IsAutoCamera(options.camera))
     throw InputError("odometry: --camera auto: a calibration file or fov:DEGREES is needed");
   const OutputFolder folder = FolderOfOutputFile(options.out);
@@ -126,9 +129,10 @@ void AddOdometryCommand(CLI::App& app) {
   command
       ->add_option(
           "images", options->images,
-          "TUM folder, list file, folder of images, video, or camera (webcam:0, rtsp://...)")
+          "folder of a dataset or of images, list file, video, or camera (webcam:0, rtsp://...)")
       ->required();
-  command->add_option("--camera", options->camera, "Calibration file, or fov:DEGREES")->required();
+  command->add_option("--camera", options->camera,
+                      "Calibration file, or fov:DEGREES; by default that of a dataset");
   command->add_option("--out", options->out, "Where to write the trajectory (TUM)")
       ->required()
       ->type_name("FILE");
@@ -141,6 +145,7 @@ void AddOdometryCommand(CLI::App& app) {
   command->add_option("--seed", options->seed, "Of the random samples");
   AddFrameOptions(*command, options->common);
   AddExifOption(*command, options->common);
+  AddDatasetOption(*command, options->common);
   AddQuietOption(*command, options->common);
   command->callback([options] { RunOdometry(*options); });
 }

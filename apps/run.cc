@@ -14,6 +14,7 @@
 #include "commands.h"
 #include "common.h"
 #include "content_options.h"
+#include "dataset_choice.h"
 #include "failures.h"
 #include "frame_inputs.h"
 #include "live_view.h"
@@ -181,7 +182,8 @@ RunOptions Complete(RunOptions options) {
 std::string PathToFindAgain(const RunOptions& options) {
   std::error_code error;
   if (IsCamera(options.images) || options.common.fps || options.common.follow_s ||
-      !options.common.time_unit.empty() || options.common.exif_rotation)
+      !options.common.time_unit.empty() || !options.common.dataset.empty() ||
+      options.common.exif_rotation)
     return "";
   return std::filesystem::absolute(options.images, error).lexically_normal().string();
 }
@@ -203,15 +205,17 @@ void SayDetectorPace(const RunOptions& options, const DetectorPace& pace, int im
 }
 
 void Run(const RunOptions& given) {
-  const RunOptions options = Complete(given);
+  RunOptions options = Complete(given);
   const SlamConfig config = Configure(options);
   if (!options.models.empty() && !options.viewer.port && !options.recording.IsAskedFor())
     throw InputError("run: --model needs --viewer or --record");
   const bool is_live = config.runner.mode == RunnerMode::kLive;
   if (is_live) spdlog::info("live: images that come too late are dropped");
-  const std::vector<StampedPose> groundtruth = options.groundtruth.empty()
-                                                   ? std::vector<StampedPose>{}
-                                                   : LoadTrajectory(options.groundtruth);
+  std::vector<StampedPose> groundtruth;
+  if (!options.groundtruth.empty())
+    groundtruth = LoadGroundtruth(options.groundtruth, options.common);
+  TakeDataset(options.images, options.common,
+              {&options.camera.camera, &options.side.imu, &groundtruth});
   SideInputs side(options.side, options.camera.camera, options.detector, options.common);
   const bool has_names = side.detector != nullptr || !side.categories.empty();
   const Classes classes = ClassesFor(options.common, side.detector.get(), side.categories);
@@ -359,7 +363,7 @@ void AddRunCommand(CLI::App& app) {
   const auto options = std::make_shared<RunOptions>();
   auto* images = command->add_option(
       "--images", options->images,
-      "TUM folder, list file, folder of images, video, or camera (webcam:0, rtsp://...)");
+      "folder of a dataset or of images, list file, video, or camera (webcam:0, rtsp://...)");
   AddPlainForm(*command, options->plain, images);
   AddCameraOptions(*command, options->camera);
   AddMaskOption(*command, options->mask);
@@ -379,7 +383,8 @@ void AddRunCommand(CLI::App& app) {
                    "corrected in the last optimisation; estimated with --camera auto")
       ->type_name("MS")
       ->check(CLI::Range(-100.0, 100.0));
-  command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");
+  command->add_option("--groundtruth", options->groundtruth,
+                      "TUM trajectory, or the folder of a dataset, to compare with");
   command->add_option(
       "--gravity", options->side.gravity,
       "gravity in the camera's frame, for the map's vertical: \"timestamp gx gy gz\" a line");
@@ -391,6 +396,7 @@ void AddRunCommand(CLI::App& app) {
   command->add_option("--seed", options->seed, "of the random numbers");
   AddCommonOptions(*command, options->common);
   AddExifOption(*command, options->common);
+  AddDatasetOption(*command, options->common);
   AddFollowOption(*command, options->common);
   command->callback([options] { Run(*options); });
 }

@@ -16,6 +16,7 @@
 #include "commands.h"
 #include "common.h"
 #include "content_options.h"
+#include "dataset_choice.h"
 #include "live_view.h"
 #include "oaslam/anchors/editing.h"
 #include "oaslam/image_source.h"
@@ -201,9 +202,9 @@ void View(const ViewOptions& options) {
   if (!std::filesystem::exists(options.path, error))
     throw InputError(fmt::format("{}: there is no such file or folder", options.path));
   const SavedRun run = LoadSavedRun(options.path, options.map, options.piece);
-  const std::vector<StampedPose> groundtruth = options.groundtruth.empty()
-                                                   ? std::vector<StampedPose>{}
-                                                   : LoadTrajectory(options.groundtruth);
+  const std::vector<StampedPose> groundtruth =
+      options.groundtruth.empty() ? std::vector<StampedPose>{}
+                                  : LoadGroundtruth(options.groundtruth, options.common);
   ImageSourceOptions range = FrameRange(options.common);
   range.color = true;
   const std::vector<std::unique_ptr<ImageSource>> images =
@@ -269,7 +270,8 @@ void AddViewCommand(CLI::App& app) {
                    "repeated for a map of several recordings")
       ->expected(1)
       ->take_all();
-  command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");
+  command->add_option("--groundtruth", options->groundtruth,
+                      "TUM trajectory, or the folder of a dataset, to compare with");
   AddModelOption(*command, options->models);
   command
       ->add_option("--port", options->server.port,
@@ -278,6 +280,7 @@ void AddViewCommand(CLI::App& app) {
   AddServerOptions(*command, options->server);
   AddFrameOptions(*command, options->common);
   AddExifOption(*command, options->common);
+  AddDatasetOption(*command, options->common);
   AddQuietOption(*command, options->common);
   command->callback([options] { View(*options); });
 }

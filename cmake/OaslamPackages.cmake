@@ -46,7 +46,8 @@ file(WRITE ${PROJECT_BINARY_DIR}/triggers "activate-noawait ldconfig\n")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/triggers)
 # The command fetches detectors (oaslam models), and libcurl checks the server by these certificates.
 set(CPACK_DEBIAN_COMMAND_PACKAGE_RECOMMENDS ca-certificates)
-set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS oaslam)
+# libheif's decoders of HEIC and AVIF photos are in the library itself before 1.17.
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS "oaslam, libheif-plugin-libde265 | libheif1 (<< 1.17), libheif-plugin-dav1d | libheif1 (<< 1.17)")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "liboaslam0 (= ${version}), libeigen3-dev, libopencv-core-dev")
 if(OASLAM_BUILD_PYTHON)
   # The module is of the version that it was built for.

@@ -23,6 +23,7 @@ packages=(
   libsqlitecpp-dev nlohmann-json3-dev libyaml-cpp-dev libprotozero-dev      # map file, detections, configuration, ONNX files
   libcli11-dev libspdlog-dev libfmt-dev libboost-dev                        # command line, messages, the viewer's server (Beast)
   pkg-config libavdevice-dev libavformat-dev libavcodec-dev libswscale-dev libavutil-dev libexif-dev  # cameras, time stamps of videos, metadata of videos and images
+  libheif-dev                                                               # HEIC and AVIF photos
   libassimp-dev                                                             # models of virtual content
   libssl-dev libpq-dev libgeographiclib-dev prometheus-cpp-dev              # the service: digests, maps in PostgreSQL, geographic coordinates, metrics
   libcurl4-openssl-dev                                                      # oaslam models get
@@ -112,11 +113,22 @@ if [ "$mode" = --optional ]; then
   exit 0
 fi
 
+# libheif's decoders, and the encoders of the tests, are packages of their own in Debian 13 and Ubuntu 24.04.
+plugins=(libde265 dav1d)
+[ "$mode" != --tests ] || plugins+=(x265 aomenc)
+missing_plugins() {
+  [ "$mode" != --arm64 ] || return 0
+  for plugin in "${plugins[@]/#/libheif-plugin-}"; do
+    installed "$plugin" || ! available "$plugin" || echo "$plugin"
+  done
+}
+
 # Runs networks in less than half the time of OpenCV. Debian 13 has it, Debian 12 and Ubuntu 24.04 do not.
 want_onnxruntime() { [ "$mode" != --arm64 ] && ! installed libonnxruntime-dev && available libonnxruntime-dev; }
-if [ ${#missing[@]} -gt 0 ] || want_onnxruntime; then
+if [ ${#missing[@]} -gt 0 ] || want_onnxruntime || [ -n "$(missing_plugins)" ]; then
   update "${missing[@]}"
   ! want_onnxruntime || missing+=(libonnxruntime-dev)
+  mapfile -t -O ${#missing[@]} missing < <(missing_plugins)
   install "${missing[@]}" || {
     tail -n 20 "$log" >&2
     echo "setup: apt-get install failed (on Ubuntu, some of these are in 'universe': sudo add-apt-repository universe)" >&2

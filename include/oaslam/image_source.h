@@ -14,7 +14,7 @@ namespace oaslam {
 // How an image file is read. Calibrations and boxes usually refer to the stored pixels.
 enum class Orientation {
   kStored,   // the pixels as stored in the file
-  kUpright,  // rotated (and mirrored) by its EXIF orientation, if it has one that OpenCV knows
+  kUpright,  // rotated (and mirrored) by its EXIF orientation, or by a HEIC's own transformations
 };
 
 // An image and its origin.
@@ -52,6 +52,9 @@ struct ImageSourceOptions {
   std::optional<double> time_unit{};
   // What is found about the source is not logged: another reader of it does.
   bool quiet = false;
+  // The layout of a folder of a known dataset or recorder: its name (docs/formats.md), "none", or
+  // empty: it is recognised by its files.
+  std::string dataset{};
   // Ends a wait for images of a camera or a growing folder; checked several times a second, also by
   // other threads. Empty: never.
   std::function<bool()> stopped{};
@@ -71,13 +74,14 @@ class OASLAM_API ImageSource {
   virtual void Stop() {}
 };
 
-// Opens a TUM folder (has rgb.txt), a list file ("timestamp path" or "path" in each line), a folder
-// of images, a video file (OpenVideo) or a camera: "webcam:N", "usb:N", "/dev/videoN" or an address
-// (docs/command.md). Names that are times, as in "1341847980.7.png", give the times and the order
-// of a folder, and of a list without times. With options.follow only a folder of images is allowed,
-// which may still be empty. Throws InputError where the source does not exist or is a pipe, a list
-// is empty, a line has neither form, or the unit of its times is not seconds. FFmpeg writes its own
-// messages about a damaged video to stderr, or to where av_log_set_callback directs them.
+// Opens a folder in the layout of a dataset (docs/formats.md), a list file ("timestamp path" or
+// "path" in each line), a folder of images, a video file (OpenVideo) or a camera: "webcam:N",
+// "usb:N", "/dev/videoN" or an address (docs/command.md). Names that are times, as in
+// "1341847980.7.png", give the times and the order of a folder, and of a list without times. With
+// options.follow only a folder of images is allowed, which may still be empty. Throws InputError
+// where the source does not exist or is a pipe, a list is empty, a line has neither form, or the
+// unit of its times is not seconds. FFmpeg writes its own messages about a damaged video to stderr,
+// or to where av_log_set_callback directs them.
 OASLAM_API std::unique_ptr<ImageSource> OpenImages(const std::string& source,
                                                    const ImageSourceOptions& options);
 
@@ -87,7 +91,7 @@ struct ListedImage {
   std::string path;
 };
 
-// The images of a TUM folder, a list file or a folder in [from, to); nothing for a video or a
+// The images of a dataset, a list file or a folder in [from, to); nothing for a video or a
 // camera. Throws as OpenImages.
 OASLAM_API std::optional<std::vector<ListedImage>> ListImages(const std::string& source,
                                                               const ImageSourceOptions& options);
@@ -99,9 +103,10 @@ OASLAM_API std::optional<std::vector<ListedImage>> ListImages(const std::string&
 // to 30 %, so that it is only a start value.
 //
 // `source` as for OpenImages. It is read from the tag that Apple's devices write into a video's
-// container, from EXIF's FocalLengthIn35mmFilm (0xA405) in a JPEG file, and for a folder or list
-// from its first image. Nothing for a camera, where it is not stated (or stated as 0, "unknown", or
-// outside of 2 to 3000), and where the source cannot be read, which OpenImages reports.
+// container, from EXIF's FocalLengthIn35mmFilm (0xA405) in a JPEG, HEIC or AVIF file, and for a
+// folder or list from its first image. Nothing for a camera, where it is not stated (or stated as
+// 0, "unknown", or outside of 2 to 3000), and where the source cannot be read, which OpenImages
+// reports.
 OASLAM_API std::optional<double> FocalLength35mm(const std::string& source);
 
 }  // namespace oaslam

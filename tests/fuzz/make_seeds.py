@@ -127,6 +127,20 @@ def requests():
             ("POST", "/geopose", geopose), ("GET", "/v1/maps/desk/anchors?since=1", None), ("GET", "/v1/maps/desk", None)]
 
 
+def datasets():
+    """A file of each layout, after the number that tests/fuzz/dataset_fuzz.cc has for it."""
+    matrix = "1 0 0 4\n0 1 0 5\n0 0 1 6\n0 0 0 1\n"
+    image = struct.pack("<QI7dI", 1, 1, 1, 0, 0, 0, 4, 5, 6, 1) + b"0.png\0" + struct.pack("<QddQ", 1, 1, 2, 3)
+    texts = ["#timestamp [ns],filename\n1403636579763555584,1.pgm\n", "#timestamp [ns],x,y,z,q_w,q_x,q_y,q_z\n1403636579763555584,1,2,3,1,0,0,0\n",
+             "T_BS:\n  cols: 4\n  data: [1, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3, 0, 0, 0, 1]\nintrinsics: [458, 457, 367, 248]\n", "0.0\n1.036224e-01\n",
+             "1 0 0 4 0 1 0 5 0 0 1 6\n", matrix, json.dumps({"w": 9, "h": 9, "fps": 60, "K": [9, 0, 0, 0, 9, 0, 4, 4, 1], "poses": [[0, 0, 0, 1, 4, 5, 6]]}),
+             json.dumps({"fl_x": 500, "frames": [{"file_path": "./images/0", "transform_matrix": [[1, 0, 0, 4], [0, 1, 0, 5], [0, 0, 1, 6], [0, 0, 0, 1]]}]}),
+             "1 1 0 0 0 4 5 6 1 0.png\n1 2 3\n", image, struct.pack("<QIIQQ4d", 1, 1, 1, 640, 480, 500, 500, 320, 240),
+             "timestamp, frame, x, y, z, qx, qy, qz, qw\n7.5, 000000, 1, 2, 3, 0, 0, 0, 1\n", "0 4 5 6 0 0 0 1\n",
+             struct.pack("<2sHIHHHII", b"II", 42, 8, 1, 262, 3, 1, 32803), b"\0\0\0\x18ftypheic\0\0\0\0mif1heic\0\0\0\x08meta"]
+    return [bytes([i]) + (text if isinstance(text, bytes) else text.encode()) for i, text in enumerate(texts)]
+
+
 def seeds():
     glb_text, glb = triangle()
     bodies = [body for _, _, body in requests()]
@@ -142,6 +156,7 @@ def seeds():
         "onnx": [onnx(), b"{0: 'person', 1: \"baby's bed\"}"],
         "exif": [jpeg_with_exif()],
         "container": videos(),
+        "dataset": datasets(),
         "gltf": [b"\0" + glb_text, b"\1" + glb],
         "http": [b"GET /a%20b?c=d&e HTTP/1.1\r\nHost: localhost\r\n\r\n",
                  b"POST /file HTTP/1.1\r\nHost: localhost\r\nContent-Length: 3\r\nExpect: 100-continue\r\n\r\nabc",

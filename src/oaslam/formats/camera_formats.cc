@@ -14,6 +14,7 @@
 
 #include "oaslam/error.h"
 #include "oaslam/formats/camera_lines.h"
+#include "oaslam/formats/colmap_model.h"
 #include "oaslam/formats/lens_models.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/yaml.h"
@@ -590,7 +591,8 @@ std::optional<Reader> OrbSlamKeys(const Reader& reader) {
 }  // namespace
 
 Camera ReadCameraFile(const std::string& path, const cv::Size& image_size) {
-  const std::string text = ReadTextFile(path);
+  const std::string text =
+      path.ends_with("cameras.bin") ? TextOfColmapCameras(path) : ReadTextFile(path);
   if (const auto camera = ReadCameraLines(text, path, image_size)) return *camera;
   const Reader reader{path, Parse(text, path), image_size};
   if (const auto camera = OrbSlamKeys(reader)) return ReadOrbSlamKind(*camera);

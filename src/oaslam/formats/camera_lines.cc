@@ -95,8 +95,10 @@ Camera ReadColmapKind(const std::string& text, const std::string& path,
     return c.width == image_size.width && c.height == image_size.height;
   };
   if (std::ranges::count_if(cameras, fits) != 1)
-    throw InputError(fmt::format("{}: holds {} cameras, expected exactly one for images of {} x {}",
-                                 path, cameras.size(), image_size.width, image_size.height));
+    throw InputError(
+        fmt::format("{}: holds {} cameras, expected exactly one for images of {} x {}; "
+                    "--camera auto estimates one",
+                    path, cameras.size(), image_size.width, image_size.height));
   return *std::ranges::find_if(cameras, fits);
 }
 

@@ -16,9 +16,8 @@
 namespace oaslam {
 namespace {
 
-// The rotation of a rigid motion of four rows, as a list, a list of lists, or OpenCV's "data".
-Eigen::Quaterniond RotationOfMatrix(const YAML::Node& node, const std::string& path,
-                                    const std::string& key) {
+// A rigid motion of four rows, as a list, a list of lists, or OpenCV's "data".
+Rigid3 MotionOfMatrix(const YAML::Node& node, const std::string& path, const std::string& key) {
   std::vector<double> values;
   if (node.IsSequence() && node.size() == 4 && node[0].IsSequence())
     for (const YAML::Node& row : node)
@@ -28,14 +27,13 @@ Eigen::Quaterniond RotationOfMatrix(const YAML::Node& node, const std::string& p
                           : YamlNumbers(node, path, key);
   if (values.size() != 16)
     throw InputError(fmt::format("{}: {}: {} values, expected 16", path, key, values.size()));
-  const Eigen::Matrix3d rotation =
-      Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data())
-          .topLeftCorner<3, 3>();
+  const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> motion(values.data());
+  const Eigen::Matrix3d rotation = motion.topLeftCorner<3, 3>();
   constexpr double kRounded = 1e-3;  // by who wrote the file
   if (!(rotation * rotation.transpose()).isIdentity(kRounded) || rotation.determinant() < 0)
     throw InputError(
         fmt::format("{}: {}: its first three rows and columns are no rotation", path, key));
-  return Eigen::Quaterniond(rotation).normalized();
+  return {Eigen::Quaterniond(rotation).normalized(), motion.topRightCorner<3, 1>()};
 }
 
 // Time stamps in another unit than nanoseconds are wrong by a factor of a thousand or more, which
@@ -64,10 +62,17 @@ std::optional<Eigen::Quaterniond> LoadCameraFromImu(const std::string& camera) {
     return std::nullopt;  // a kind of file that cannot have them may be no YAML
   const YAML::Node root = ParseYamlMapping(text, camera);
   if (const YAML::Node node = root["T_BS"])
-    return RotationOfMatrix(node, camera, "T_BS").conjugate();
+    return MotionOfMatrix(node, camera, "T_BS").rotation.conjugate();
   if (const YAML::Node cam0 = root["cam0"]; cam0 && cam0.IsMap() && cam0["T_cam_imu"])
-    return RotationOfMatrix(cam0["T_cam_imu"], camera, "cam0.T_cam_imu");
+    return MotionOfMatrix(cam0["T_cam_imu"], camera, "cam0.T_cam_imu").rotation;
   return std::nullopt;
+}
+
+std::optional<Rigid3> LoadBodyFromCamera(const std::string& camera) {
+  const std::string text = ReadTextFile(camera);
+  if (text.find("T_BS") == std::string::npos) return std::nullopt;
+  const YAML::Node node = ParseYamlMapping(text, camera)["T_BS"];
+  return node ? std::optional(MotionOfMatrix(node, camera, "T_BS")) : std::nullopt;
 }
 
 std::vector<AngularVelocity> LoadImu(const std::string& path,

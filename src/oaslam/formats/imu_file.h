@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "oaslam/angular_velocity.h"
+#include "oaslam/rigid3.h"
 
 namespace oaslam {
 
@@ -13,6 +14,10 @@ namespace oaslam {
 // body is the gyroscope) or Kalibr's T_cam_imu. Nothing where it does not say so, and for
 // "fov:DEGREES". Throws InputError where the matrix is no rotation.
 std::optional<Eigen::Quaterniond> LoadCameraFromImu(const std::string& camera);
+
+// The pose of the camera on the body, EuRoC's T_BS; nothing where the file does not have it. Throws
+// as above.
+std::optional<Rigid3> LoadBodyFromCamera(const std::string& camera);
 
 // The gyroscope of EuRoC's imu0/data.csv: after a line that begins with '#', a time stamp in ns and
 // the angular velocity about three axes in rad/s in each line; what follows, such as accelerations,

@@ -35,6 +35,21 @@ size_t ColumnOf(std::string_view header, std::initializer_list<std::string_view>
   throw InputError(fmt::format("{}:1: column \"{}\" is missing", path, *names.begin()));
 }
 
+std::vector<std::vector<double>> LoadNumberRows(const std::string& path, size_t columns) {
+  std::string text = ReadTextFile(path);
+  std::ranges::replace(text, ',', ' ');
+  std::vector<std::vector<double>> rows;
+  size_t number = 0;
+  for (const std::string_view line : SplitLines(text)) {
+    ++number;
+    const auto fields = SplitFields(line);
+    if (fields.empty() || fields[0].starts_with('#')) continue;
+    std::vector<double>& row = rows.emplace_back();
+    for (size_t i = 0; i < columns; ++i) row.push_back(NumberAt(fields, i, path, number));
+  }
+  return rows;
+}
+
 std::vector<std::vector<double>> LoadColumns(const std::string& path,
                                              const std::vector<std::string>& names) {
   const std::string text = ReadTextFile(path);

@@ -19,6 +19,10 @@ double NumberAt(const std::vector<std::string_view>& fields, size_t column, cons
 size_t ColumnOf(std::string_view header, std::initializer_list<std::string_view> names,
                 const std::string& path);
 
+// The first numbers of each line, separated by blanks or commas; lines that begin with '#' are left
+// out. Throws InputError where a line has fewer.
+std::vector<std::vector<double>> LoadNumberRows(const std::string& path, size_t columns);
+
 // The numbers in these columns of a comma-separated file, a row each. Throws InputError.
 std::vector<std::vector<double>> LoadColumns(const std::string& path,
                                              const std::vector<std::string>& names);

@@ -1,14 +1,13 @@
 #include "oaslam/images/focal_metadata.h"
 
-#include <libexif/exif-data.h>
-
-#include <memory>
 #include <string_view>
 
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/image_source.h"
 #include "oaslam/images/camera_source.h"
+#include "oaslam/images/dataset.h"
+#include "oaslam/images/exif_data.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/video_container.h"
 
@@ -18,16 +17,8 @@ namespace {
 // The tag of Apple's devices, after "com.apple.quicktime.camera".
 constexpr std::string_view kVideoTag = "focal_length.35mm_equivalent";
 
-struct FreeExif {
-  void operator()(ExifData* data) const { exif_data_unref(data); }
-};
-
 std::optional<double> FromExif(const std::string& path) {
-  const std::unique_ptr<ExifData, FreeExif> data(exif_data_new_from_file(path.c_str()));
-  if (!data) return std::nullopt;
-  const ExifEntry* entry = exif_data_get_entry(data.get(), EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM);
-  if (!entry || entry->format != EXIF_FORMAT_SHORT || entry->size < 2) return std::nullopt;
-  return exif_get_short(entry->data, exif_data_get_byte_order(data.get()));
+  return ExifShort(LoadExif(path), EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM);
 }
 
 std::optional<double> FromVideo(const std::string& path) {
@@ -41,7 +32,7 @@ std::optional<double> FocalLength35mm(const std::string& source) {
   if (IsCamera(source)) return std::nullopt;
   try {
     const auto images = ListImages(source, {});
-    const auto length = images ? FromExif(images->front().path) : FromVideo(source);
+    const auto length = images ? FromExif(images->front().path) : FromVideo(FilmOf(source, {}));
     return length && CanBeFocalLength35mm(*length) ? length : std::nullopt;
   } catch (const InputError&) {
     return std::nullopt;

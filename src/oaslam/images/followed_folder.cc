@@ -16,6 +16,7 @@
 
 #include "oaslam/error.h"
 #include "oaslam/formats/time_unit.h"
+#include "oaslam/images/bit_depth.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/util/log.h"
 
@@ -93,8 +94,9 @@ class FollowedFolder : public ImageSource {
           continue;
         }
         const std::string path = (fs::path(folder_) / name).string();
+        if (index_ == options_.from) bits_ = LookAtImages(folder_, {path}, options_.quiet);
         InputImage image{index_, unit_ && !options_.fps ? time : index_ / fps_, name,
-                         ReadImage(path, options_.color, options_.orientation)};
+                         ReadImage(path, options_.color, options_.orientation, bits_)};
         // An image that cannot be read is tried again, with the same index, when its writer closes
         // it.
         if (!image.image.empty()) {
@@ -199,6 +201,7 @@ class FollowedFolder : public ImageSource {
   // Arrival of the last image read from the queue; initially the start.
   Clock::time_point last_arrival_;
   int index_ = 0;
+  int bits_ = 16;  // that images of 16 use, by the first
   bool has_ended_ = false;
   std::atomic<bool> is_stopped_ = false;
 };

@@ -11,6 +11,9 @@
 
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/images/bit_depth.h"
+#include "oaslam/images/heif_file.h"
+#include "oaslam/images/sensor_data.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/lower.h"
 
@@ -46,15 +49,25 @@ bool MayBeImage(const std::string& path) {
 
 }  // namespace
 
-cv::Mat ReadImage(const std::string& path, bool color, Orientation orientation) {
+std::vector<char> BytesOf(const std::string& path) {
   std::error_code error;
   if (fs::is_directory(path, error)) return {};
   std::ifstream file(path, std::ios::binary);
-  const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+cv::Mat ReadImage(const std::string& path, bool color, Orientation orientation, int bits) {
+  const std::vector<char> bytes = BytesOf(path);
   if (bytes.empty()) return {};
+  if (IsHeif(bytes)) return DecodeHeif(bytes, color, orientation, path);
+  if (IsRawTiff(bytes)) throw InputError(RefusalOfSensorData(path));
   try {
     const int as_stored = orientation == Orientation::kStored ? cv::IMREAD_IGNORE_ORIENTATION : 0;
-    return cv::imdecode(bytes, (color ? cv::IMREAD_COLOR : cv::IMREAD_GRAYSCALE) | as_stored);
+    const int flags = (color ? cv::IMREAD_COLOR : cv::IMREAD_GRAYSCALE) | as_stored;
+    const cv::Mat image = cv::imdecode(bytes, flags | cv::IMREAD_ANYDEPTH);
+    if (image.empty() || image.depth() == CV_8U) return image;
+    if (image.depth() == CV_16U) return InEightBits(image, bits > 0 ? bits : UsedBits(image));
+    return cv::imdecode(bytes, flags);
   } catch (const cv::Exception&) {
     return {};
   }
@@ -62,7 +75,7 @@ cv::Mat ReadImage(const std::string& path, bool color, Orientation orientation) 
 
 cv::Mat InColor(const cv::Mat& image, const std::string& path, Orientation orientation) {
   if (image.channels() != 1 || path.empty()) return image;
-  const cv::Mat color = ReadImage(path, true, orientation);
+  const cv::Mat color = ReadImage(path, true, orientation, 0);
   return color.size() == image.size() ? color : image;
 }
 
@@ -88,8 +101,9 @@ bool NaturalLess(const std::string& a, const std::string& b) {
 }
 
 bool HasImageExtension(const std::string& path) {
-  static constexpr std::array kExtensions = {".png", ".jpg", ".jpeg", ".bmp",  ".pgm",
-                                             ".ppm", ".pnm", ".tif",  ".tiff", ".webp"};
+  static constexpr std::array kExtensions = {".png",  ".jpg",  ".jpeg", ".bmp",  ".pgm",
+                                             ".ppm",  ".pnm",  ".tif",  ".tiff", ".webp",
+                                             ".heic", ".heif", ".hif",  ".avif"};
   return std::ranges::find(kExtensions, LowerExtension(path)) != kExtensions.end();
 }
 

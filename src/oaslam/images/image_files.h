@@ -9,9 +9,14 @@
 namespace oaslam {
 
 // 8-bit, grey or BGR; empty where the file is missing or no image. Calibrations and boxes usually
-// refer to the stored pixels.
+// refer to the stored pixels. `bits`: how many an image of 16 uses (bit_depth); 0: told by it
+// alone. Throws InputError for the data of a sensor, and for a file that this system has no decoder
+// for.
 cv::Mat ReadImage(const std::string& path, bool color,
-                  Orientation orientation = Orientation::kStored);
+                  Orientation orientation = Orientation::kStored, int bits = 16);
+
+// All bytes of a file; none where it cannot be read, or is a folder.
+std::vector<char> BytesOf(const std::string& path);
 
 // The image in colour, if it is grey and the file from which it was read, in this orientation,
 // contains colours; else the image itself.

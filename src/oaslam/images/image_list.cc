@@ -11,7 +11,9 @@
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/time_unit.h"
 #include "oaslam/images/camera_source.h"
+#include "oaslam/images/dataset.h"
 #include "oaslam/images/image_files.h"
+#include "oaslam/images/sensor_data.h"
 #include "oaslam/images/video_container.h"
 #include "oaslam/images/video_source.h"
 #include "oaslam/util/log.h"
@@ -66,61 +68,12 @@ void CheckSteps(const std::vector<ListedImage>& images, const std::string& sourc
     throw InputError(fmt::format("{}: {}", source, problem));
 }
 
-// Gives the images their times: those of their names, by which they are sorted then, or by the rate
-// in their order. Whether names are times is said.
-void SetTimes(const std::string& source, const ImageSourceOptions& options,
-              std::vector<ListedImage>& images) {
-  std::vector<std::string> names;
-  for (const ListedImage& image : images) names.push_back(image.path);
-  const auto times = TimesOfNames(names, options.time_unit);
-  if (options.time_unit && !times)
-    throw InputError(fmt::format("{}: --time-unit: the names of the images are no times", source));
-  for (size_t i = 0; times && i < images.size(); ++i) images[i].timestamp = times->seconds[i];
-  if (times) {
-    std::ranges::stable_sort(images, {}, &ListedImage::timestamp);
-    if (!options.time_unit && !options.fps) CheckSteps(images, source);
-    if (!options.fps && !options.quiet)
-      Log(LogLevel::kInfo, fmt::format("{}: the names of the images are taken as times, in {}",
-                                       source, NameOfUnit(times->unit)));
-    if (!options.fps) return;
-  }
-  for (size_t i = 0; i < images.size(); ++i)
-    images[i].timestamp = static_cast<double>(i) / options.fps.value_or(kDefaultFps);
-}
-
-std::vector<ListedImage> ListFolder(const std::string& folder, const ImageSourceOptions& options) {
-  std::vector<ListedImage> images;
-  for (const std::string& name : ImageNames(folder))
-    images.push_back({0, (fs::path(folder) / name).string()});
-  SetTimes(folder, options, images);
-  return images;
-}
-
-std::vector<ListedImage> ReadList(const std::string& path, const ImageSourceOptions& options) {
-  const fs::path folder = FolderOfList(path);
-  const std::string text = ReadTextFile(path);
-  std::vector<ListedImage> images;
-  std::optional<bool> with_times;
-  std::optional<double> unit = options.time_unit;
-  int line_number = 0;
-  for (const std::string_view raw : SplitLines(text)) {
-    ++line_number;
-    const std::string_view line = Trim(raw);
-    if (line.starts_with('#') && line.find("[ns]") != std::string_view::npos && !unit) unit = 1e-9;
-    if (line.empty() || line[0] == '#') continue;
-    const ListLine parsed = ParseLine(line);
-    if (parsed.path.empty() || (with_times && *with_times != parsed.time.has_value()))
-      throw InputError(fmt::format("{}:{}: {}, expected \"{}path\"", path, line_number,
-                                   Quoted(line), with_times.value_or(true) ? "timestamp " : ""));
-    with_times = parsed.time.has_value();
-    if (IsHelperFile(BaseName(std::string(parsed.path)))) continue;
-    images.push_back({parsed.time.value_or(0) * unit.value_or(1), PathOfLine(folder, parsed.path)});
-  }
-  if (!with_times.value_or(true))
-    SetTimes(path, options, images);
-  else if (!unit)
-    CheckSteps(images, path);
-  return images;
+// A folder of nothing but what a sensor measured.
+void RefuseRawFiles(const std::string& folder) {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error))
+    if (const std::string path = entry.path().string(); HasRawExtension(path))
+      throw InputError(RefusalOfSensorData(path));
 }
 
 // Whether a file may be a list: it has no control characters, and no line that is longer than a
@@ -150,6 +103,66 @@ void CheckPlainFile(const std::string& source) {
 
 }  // namespace
 
+void SetTimes(const std::string& source, const ImageSourceOptions& options,
+              std::vector<ListedImage>& images) {
+  std::vector<std::string> names;
+  for (const ListedImage& image : images) names.push_back(image.path);
+  const auto times = TimesOfNames(names, options.time_unit);
+  if (options.time_unit && !times)
+    throw InputError(fmt::format("{}: --time-unit: the names of the images are no times", source));
+  for (size_t i = 0; times && i < images.size(); ++i) images[i].timestamp = times->seconds[i];
+  if (times) {
+    std::ranges::stable_sort(images, {}, &ListedImage::timestamp);
+    if (!options.time_unit && !options.fps) CheckSteps(images, source);
+    if (!options.fps && !options.quiet)
+      Log(LogLevel::kInfo, fmt::format("{}: the names of the images are taken as times, in {}",
+                                       source, NameOfUnit(times->unit)));
+    if (!options.fps) return;
+  }
+  for (size_t i = 0; i < images.size(); ++i)
+    images[i].timestamp = static_cast<double>(i) / options.fps.value_or(kDefaultFps);
+}
+
+std::vector<ListedImage> ListFolder(const std::string& folder, const ImageSourceOptions& options,
+                                    const std::string& end) {
+  std::vector<ListedImage> images;
+  for (const std::string& name : ImageNames(folder))
+    if (WithoutExtension(name).ends_with(end))
+      images.push_back({0, (fs::path(folder) / name).string()});
+  if (images.empty()) RefuseRawFiles(folder);
+  SetTimes(folder, options, images);
+  return images;
+}
+
+std::vector<ListedImage> ReadList(const std::string& path, const ImageSourceOptions& options) {
+  const fs::path folder = FolderOfList(path);
+  const std::string text = ReadTextFile(path);
+  std::vector<ListedImage> images;
+  std::optional<bool> with_times;
+  std::optional<double> unit = options.time_unit;
+  int line_number = 0;
+  for (const std::string_view raw : SplitLines(text)) {
+    ++line_number;
+    const std::string_view line = Trim(raw);
+    if (line.starts_with('#') && line.find("[ns]") != std::string_view::npos && !unit) unit = 1e-9;
+    if (line.empty() || line[0] == '#') continue;
+    const ListLine parsed = ParseLine(line);
+    if (parsed.path.empty() || (with_times && *with_times != parsed.time.has_value()))
+      throw InputError(fmt::format("{}:{}: {}, expected \"{}path\"", path, line_number,
+                                   Quoted(line), with_times.value_or(true) ? "timestamp " : ""));
+    with_times = parsed.time.has_value();
+    if (IsHelperFile(BaseName(std::string(parsed.path)))) continue;
+    if (HasRawExtension(std::string(parsed.path)))
+      throw InputError(RefusalOfSensorData(PathOfLine(folder, parsed.path)));
+    images.push_back({parsed.time.value_or(0) * unit.value_or(1), PathOfLine(folder, parsed.path)});
+  }
+  if (!with_times.value_or(true))
+    SetTimes(path, options, images);
+  else if (!unit)
+    CheckSteps(images, path);
+  return images;
+}
+
 std::optional<std::vector<ListedImage>> ListAll(const std::string& source,
                                                 const ImageSourceOptions& options) {
   std::error_code error;
@@ -161,11 +174,13 @@ std::optional<std::vector<ListedImage>> ListAll(const std::string& source,
                                    fs::read_symlink(source, error).string()));
     throw InputError(fmt::format("{}: there is no such file or folder", source));
   }
-  if (fs::is_directory(source, error)) {
-    const std::string list = (fs::path(source) / "rgb.txt").string();
-    return fs::exists(list, error) ? ReadList(list, options) : ListFolder(source, options);
+  if (auto dataset = FindDataset(source, options)) {
+    if (!dataset->film.empty()) return std::nullopt;
+    return std::move(dataset->images);
   }
+  if (fs::is_directory(source, error)) return ListFolder(source, options);
   CheckPlainFile(source);
+  if (HasRawExtension(source)) throw InputError(RefusalOfSensorData(source));
   if (HasImageExtension(source)) return std::vector{ListedImage{0.0, source}};
   if (IsText(source)) return ReadList(source, options);
   return std::nullopt;
@@ -181,7 +196,7 @@ std::vector<std::string> NamesOfImages(const std::string& source,
     for (const ListedImage& image : *images) names.push_back(BaseName(image.path));
     return names;
   }
-  const int count = ReadVideoContainer(source).images;
+  const int count = ReadVideoContainer(FilmOf(source, options)).images;
   for (int i = 0; i < count; ++i) names.push_back(NameOfVideoImage(i));
   return names;
 }

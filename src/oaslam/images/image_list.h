@@ -8,12 +8,22 @@
 
 namespace oaslam {
 
-// All images of a folder or of a list file, in their order and with their times; nothing where the
-// source is a video. A folder is in the natural order of its names, or, if they are times, in the
-// order of these. Throws InputError where there is no such source, where it is no plain file, and
-// where a line of a list or the unit of the times is not understood.
+// All images of a folder, a dataset or a list file, in their order and with their times; nothing
+// where the source is a video. A folder is in the natural order of its names, or, if they are
+// times, in the order of these. Throws InputError where there is no such source, where it is no
+// plain file, and where a line of a list or the unit of the times is not understood.
 std::optional<std::vector<ListedImage>> ListAll(const std::string& source,
                                                 const ImageSourceOptions& options);
+
+// The images of a list file, and those of a folder, of which the names end in `end` before their
+// extensions. As above.
+std::vector<ListedImage> ReadList(const std::string& path, const ImageSourceOptions& options);
+std::vector<ListedImage> ListFolder(const std::string& folder, const ImageSourceOptions& options,
+                                    const std::string& end = "");
+// Gives images their times: those of their names, by which they are sorted then, or by the rate in
+// their order. Whether names are times is said.
+void SetTimes(const std::string& source, const ImageSourceOptions& options,
+              std::vector<ListedImage>& images);
 
 // The names of all images of a source, whatever the range in the options; none where they are not
 // known before they come. Throws InputError.

@@ -8,7 +8,9 @@
 
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/images/bit_depth.h"
 #include "oaslam/images/camera_source.h"
+#include "oaslam/images/dataset.h"
 #include "oaslam/images/followed_folder.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/image_list.h"
@@ -19,26 +21,46 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// One past the last image of the range in the options.
+int EndOf(const std::vector<ListedImage>& images, const ImageSourceOptions& options) {
+  const int count = static_cast<int>(images.size());
+  return options.to < 0 ? count : std::min(options.to, count);
+}
+
 class ListSource : public ImageSource {
  public:
-  // `images` begin with the image of index `from`.
-  ListSource(std::vector<ListedImage> images, const ImageSourceOptions& options)
-      : images_(std::move(images)), options_(options) {}
+  // `images`: all of the source.
+  ListSource(const std::string& source, std::vector<ListedImage> images,
+             const ImageSourceOptions& options)
+      : source_(source),
+        images_(std::move(images)),
+        options_(options),
+        end_(EndOf(images_, options)),
+        next_(options.from) {}
 
   std::optional<InputImage> Next() override {
-    if (next_ >= size()) return std::nullopt;
-    const ListedImage& listed = images_[next_];
-    const cv::Mat image = ReadImage(listed.path, options_.color, options_.orientation);
-    const int index = options_.from + next_++;
-    return InputImage{index, listed.timestamp, BaseName(listed.path),
-                      image, listed.path,      options_.orientation};
+    if (next_ >= end_) return std::nullopt;
+    if (bits_ == 0) LookAtAll();
+    const ListedImage& listed = images_[static_cast<size_t>(next_)];
+    const cv::Mat image = ReadImage(listed.path, options_.color, options_.orientation, bits_);
+    return InputImage{next_++, listed.timestamp, BaseName(listed.path),
+                      image,   listed.path,      options_.orientation};
   }
-  int size() const override { return static_cast<int>(images_.size()); }
+  int size() const override { return end_ - options_.from; }
 
  private:
+  // All, so that each part of a recording is read alike.
+  void LookAtAll() {
+    std::vector<std::string> paths;
+    for (const ListedImage& image : images_) paths.push_back(image.path);
+    bits_ = LookAtImages(source_, paths, options_.quiet);
+  }
+
+  std::string source_;
   std::vector<ListedImage> images_;
   ImageSourceOptions options_;
-  int next_ = 0;
+  int end_, next_;
+  int bits_ = 0;  // that images of 16 use; 0: not looked at yet
 };
 
 void CheckOptions(const ImageSourceOptions& options) {
@@ -53,19 +75,27 @@ void CheckOptions(const ImageSourceOptions& options) {
     throw InputError(fmt::format("--fps {}: allowed: above 0 to 10000", *options.fps));
 }
 
-}  // namespace
-
-std::optional<std::vector<ListedImage>> ListImages(const std::string& source,
-                                                   const ImageSourceOptions& options) {
+// All images of a source that is no video and no camera, of which the range has some.
+std::optional<std::vector<ListedImage>> ListChecked(const std::string& source,
+                                                    const ImageSourceOptions& options) {
   CheckOptions(options);
   if (IsCamera(source)) return std::nullopt;
   auto images = ListAll(source, options);
   if (!images) return std::nullopt;
-  const int count = static_cast<int>(images->size());
-  if (count == 0) throw InputError(fmt::format("{}: no images", source));
-  if (options.from >= count)
-    throw InputError(fmt::format("--from {}: {} has {} images", options.from, source, count));
-  images->resize(static_cast<size_t>(options.to < 0 ? count : std::min(options.to, count)));
+  if (images->empty()) throw InputError(fmt::format("{}: no images", source));
+  if (options.from >= static_cast<int>(images->size()))
+    throw InputError(
+        fmt::format("--from {}: {} has {} images", options.from, source, images->size()));
+  return images;
+}
+
+}  // namespace
+
+std::optional<std::vector<ListedImage>> ListImages(const std::string& source,
+                                                   const ImageSourceOptions& options) {
+  auto images = ListChecked(source, options);
+  if (!images) return std::nullopt;
+  images->erase(images->begin() + EndOf(*images, options), images->end());
   images->erase(images->begin(), images->begin() + options.from);
   return images;
 }
@@ -80,11 +110,11 @@ std::unique_ptr<ImageSource> OpenImages(const std::string& source,
         fmt::format("{}: --follow asks for a folder of images (without rgb.txt)", source));
   if (IsCamera(source)) return OpenCamera(source, options);
   if (options.follow) return FollowFolder(source, options);
-  if (auto images = ListImages(source, options))
-    return std::make_unique<ListSource>(std::move(*images), options);
+  if (auto images = ListChecked(source, options))
+    return std::make_unique<ListSource>(source, std::move(*images), options);
   if (options.time_unit)
     throw InputError(fmt::format("{}: --time-unit: a video tells the unit of its times", source));
-  return OpenVideo(source, options);
+  return OpenVideo(FilmOf(source, options), options);
 }
 
 }  // namespace oaslam

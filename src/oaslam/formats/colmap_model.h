@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "oaslam/rigid3.h"
+
+namespace oaslam {
+
+// The camera of an image in a model of COLMAP.
+struct ColmapPose {
+  std::string name;  // of the image, with its folder below that of the images
+  Rigid3 cam_from_world;
+};
+
+// Reads images.txt or images.bin. Throws InputError that names path and line or image.
+std::vector<ColmapPose> LoadColmapPoses(const std::string& path);
+
+// The text of a cameras.txt with what a cameras.bin holds. Throws InputError.
+std::string TextOfColmapCameras(const std::string& path);
+
+}  // namespace oaslam

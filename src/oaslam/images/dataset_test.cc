@@ -1,0 +1,413 @@
+#include "oaslam/images/dataset.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+
+#include "expect_input_error.h"
+#include "oaslam/camera_file.h"
+#include "oaslam/images/image_list.h"
+#include "oaslam/util/lower.h"
+#include "temp_folder.h"
+
+namespace oaslam {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+// A folder as a dataset or recorder writes it, with three images.
+struct MadeDataset {
+  const char* layout;
+  std::vector<std::pair<const char*, std::string>> files;
+  double second_time;  // of the second image
+  const char *camera, *imu;
+  size_t truth;                     // the number of poses
+  Eigen::Vector3d second_position;  // of the true poses
+  double camera_fx = 0;             // 0: there is no camera
+};
+
+const std::string kTinyImage = "P5\n2 2\n255\nabcd";
+const std::string kMatrices[] = {"1 0 0 1\n0 1 0 2\n0 0 1 3\n0 0 0 1\n",
+                                 "1 0 0 4\n0 1 0 5\n0 0 1 6\n0 0 0 1\n", "-inf 0 0 0\n"};
+
+// As the `count` bytes of a number in memory.
+template <typename T>
+std::string Bytes(T value) {
+  return {reinterpret_cast<const char*>(&value), sizeof(T)};
+}
+
+std::string ColmapCameras() {
+  std::string bytes = Bytes<uint64_t>(1) + Bytes<uint32_t>(7) + Bytes<uint32_t>(1);
+  bytes += Bytes<uint64_t>(640) + Bytes<uint64_t>(480);
+  for (const double p : {500.0, 501.0, 320.0, 240.0}) bytes += Bytes(p);
+  return bytes;
+}
+
+// Of the second and the first image, each turned by half a turn about x, with one point.
+std::string ColmapImages() {
+  std::string bytes = Bytes<uint64_t>(2);
+  for (const int i : {2, 1}) {
+    bytes += Bytes<uint32_t>(static_cast<uint32_t>(i));
+    for (const double q : {0.0, 1.0, 0.0, 0.0}) bytes += Bytes(q);
+    for (const double t : {-4.0, 5.0, 6.0}) bytes += Bytes(t);
+    bytes += Bytes<uint32_t>(7) + "a" + std::to_string(i) + ".png" + std::string(1, '\0');
+    bytes += Bytes<uint64_t>(1) + Bytes(1.0) + Bytes(2.0) + Bytes<uint64_t>(3);
+  }
+  return bytes;
+}
+
+const MadeDataset kMadeDatasets[] = {
+    {"EuRoC",
+     {{"mav0/cam0/data.csv",
+       "#timestamp [ns],filename\n1403636579763555584,1.pgm\n1403636579813555456,2.pgm\n"
+       "1403636579863555584,3.pgm\n"},
+      {"mav0/cam0/data/1.pgm", kTinyImage},
+      {"mav0/cam0/data/2.pgm", kTinyImage},
+      {"mav0/cam0/data/3.pgm", kTinyImage},
+      {"mav0/cam0/sensor.yaml",
+       "T_BS:\n  cols: 4\n  rows: 4\n  data: [0, -1, 0, 0.5,\n   1, 0, 0, 0,\n   0, 0, 1, 0,\n   "
+       "0, "
+       "0, 0, 1]\nresolution: [752, 480]\ncamera_model: pinhole\nintrinsics: [458, 457, 367, "
+       "248]\n"},
+      {"mav0/imu0/data.csv", "#\n"},
+      {"mav0/state_groundtruth_estimate0/data.csv",
+       "#timestamp [ns],p_x,p_y,p_z,q_w,q_x,q_y,q_z,v\n1403636579763555584,0,0,0,1,0,0,0,9\n"
+       "1403636579813555456,1,2,3,1,0,0,0,9\n"}},
+     1403636579.813555456,
+     "mav0/cam0/sensor.yaml",
+     "mav0/imu0/data.csv",
+     2,
+     {1.5, 2, 3},
+     458},
+    {"KITTI",
+     {{"image_0/000000.pgm", kTinyImage},
+      {"image_0/000001.pgm", kTinyImage},
+      {"image_0/000002.pgm", kTinyImage},
+      {"image_1/000000.pgm", kTinyImage},
+      {"times.txt", "0.0\n1.036224e-01\n2.0e-01\n"},
+      {"calib.txt", "P0: 718 0 607 0 0 718 185 0 0 0 1 0\n"},
+      {"poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 4 0 1 0 5 0 0 1 6\n1 0 0 0 0 1 0 0 0 0 1 0\n"}},
+     0.1036224,
+     "calib.txt",
+     "",
+     3,
+     {4, 5, 6},
+     718},
+    {"7-Scenes",
+     {{"frame-000000.color.png", kTinyImage},
+      {"frame-000001.color.png", kTinyImage},
+      {"frame-000002.color.png", kTinyImage},
+      {"frame-000000.depth.png", kTinyImage},
+      {"frame-000000.pose.txt", kMatrices[0]},
+      {"frame-000001.pose.txt", kMatrices[1]}},
+     1.0 / 30,
+     "",
+     "",
+     2,
+     {4, 5, 6}},
+    {"ScanNet",
+     {{"color/0.jpg", kTinyImage},
+      {"color/1.jpg", kTinyImage},
+      {"color/10.jpg", kTinyImage},
+      {"depth/0.png", kTinyImage},
+      {"intrinsic/intrinsic_color.txt", "1170 0 640 0\n0 1170 480 0\n0 0 1 0\n0 0 0 1\n"},
+      {"pose/0.txt", kMatrices[0]},
+      {"pose/1.txt", kMatrices[1]},
+      {"pose/10.txt", kMatrices[2]}},
+     1.0 / 30,
+     "intrinsic/intrinsic_color.txt",
+     "",
+     2,
+     {4, 5, 6},
+     1170},
+    {"Record3D",
+     {{"rgbd/0.jpg", kTinyImage},
+      {"rgbd/1.jpg", kTinyImage},
+      {"rgbd/2.jpg", kTinyImage},
+      {"rgbd/0.depth", "x"},
+      {"metadata",
+       "{\"w\": 720, \"h\": 960, \"fps\": 60, \"K\": [700, 0, 0, 0, 701, 0, 360, 480, 1], "
+       "\"poses\": [[0, 0, 0, 1, 0, 0, 0], [0, 0, 0, 1, 4, 5, 6], [0, 0, 0, 1, 0, 0, 0]]}"}},
+     1.0 / 60,
+     "metadata",
+     "",
+     3,
+     {4, 5, 6},
+     700},
+    {"Nerfstudio",
+     {{"images/a1.png", kTinyImage},
+      {"images/a2.png", kTinyImage},
+      {"images/a10.png", kTinyImage},
+      {"images/unused.png", kTinyImage},
+      {"transforms.json",
+       "{\"w\": 640, \"h\": 480, \"fl_x\": 500, \"frames\": ["
+       "{\"file_path\": \"images/a10.png\"}, {\"file_path\": \"images/a1.png\"}, "
+       "{\"file_path\": \"./images/a2\", "
+       "\"transform_matrix\": [[1,0,0,4],[0,1,0,5],[0,0,1,6],[0,0,0,1]]}]}"}},
+     1.0 / 30,
+     "transforms.json",
+     "",
+     1,
+     {4, 5, 6},
+     500},
+    {"COLMAP",
+     {{"images/a1.png", kTinyImage},
+      {"images/a2.png", kTinyImage},
+      {"images/a3.png", kTinyImage},
+      {"sparse/0/cameras.txt", "1 PINHOLE 640 480 500 500 320 240\n"},
+      {"sparse/0/images.txt",
+       "# head\n2 0 1 0 0 -4 5 6 1 a2.png\n1 2 3\n1 1 0 0 0 0 0 0 1 a1.png\n\n"}},
+     1.0 / 30,
+     "sparse/0/cameras.txt",
+     "",
+     2,
+     {4, 5, 6},
+     500},
+    {"COLMAP",
+     {{"images/a1.png", kTinyImage},
+      {"images/a2.png", kTinyImage},
+      {"images/a3.png", kTinyImage},
+      {"sparse/0/cameras.bin", ColmapCameras()},
+      {"sparse/0/images.bin", ColmapImages()}},
+     1.0 / 30,
+     "sparse/0/cameras.bin",
+     "",
+     2,
+     {4, 5, 6},
+     500},
+    {"TUM",
+     {{"rgb/a.png", kTinyImage},
+      {"rgb/b.png", kTinyImage},
+      {"rgb/c.png", kTinyImage},
+      {"rgb.txt", "# color\n1.5 rgb/a.png\n1.6 rgb/b.png\n1.7 rgb/c.png\n"},
+      {"groundtruth.txt", "1.5 1 2 3 0 0 0 1\n1.6 4 5 6 0 0 0 1\n"}},
+     1.6,
+     "",
+     "",
+     2,
+     {4, 5, 6}},
+    {"ICL-NUIM",
+     {{"rgb/0.png", kTinyImage},
+      {"rgb/1.png", kTinyImage},
+      {"rgb/2.png", kTinyImage},
+      {"associations.txt", "0 depth/0.png 0 rgb/0.png\n"},
+      {"livingRoom0.gt.freiburg", "0 1 2 3 0 0 0 1\n1 4 5 6 0 0 0 1\n7 4 5 6 0 0 0 1\n"}},
+     1.0 / 30,
+     "",
+     "",
+     2,
+     {4, 5, 6}},
+};
+
+void MakeDataset(const TempFolder& folder, const MadeDataset& made) {
+  for (const auto& [name, text] : made.files) folder.Write(name, text);
+}
+
+const MadeDataset& MadeOf(const std::string& layout) {
+  return *std::ranges::find(kMadeDatasets, layout, &MadeDataset::layout);
+}
+
+class EachDataset : public testing::TestWithParam<MadeDataset> {};
+
+TEST_P(EachDataset, IsTakenByItself) {
+  const MadeDataset& made = GetParam();
+  const TempFolder folder;
+  MakeDataset(folder, made);
+  const auto found = FindDataset(folder.path(), {});
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->layout, made.layout);
+  ASSERT_EQ(found->images.size(), 3U);
+  EXPECT_NEAR(found->images[1].timestamp, made.second_time, 1e-6);
+  for (const ListedImage& image : found->images)
+    EXPECT_TRUE(std::filesystem::exists(image.path)) << image.path;
+  const auto path = [&](const std::string& name) {
+    return name.empty() ? "" : folder.path() + "/" + name;
+  };
+  EXPECT_EQ(found->camera, path(made.camera));
+  EXPECT_EQ(found->imu, path(made.imu));
+  // The reader of images takes the same.
+  const auto listed = ListImages(folder.path(), {});
+  ASSERT_TRUE(listed);
+  EXPECT_EQ(listed->size(), 3U);
+  EXPECT_EQ((*listed)[1].timestamp, found->images[1].timestamp);
+  EXPECT_EQ(NamesOfImages(folder.path(), {}).size(), 3U);
+  // And so does its name, in any case, but no other.
+  EXPECT_TRUE(FindDataset(folder.path(), {.dataset = Lower(made.layout)}));
+  EXPECT_FALSE(FindDataset(folder.path(), {.dataset = "None"}));
+  const std::string other = made.layout == std::string("KITTI") ? "tum" : "kitti";
+  EXPECT_THAT(InputErrorOf([&] { FindDataset(folder.path(), {.dataset = other}); }),
+              AllOf(HasSubstr(folder.path()), HasSubstr("--dataset " + other)));
+}
+
+TEST_P(EachDataset, HasItsTruthAndItsCamera) {
+  const MadeDataset& made = GetParam();
+  const TempFolder folder;
+  MakeDataset(folder, made);
+  const auto found = FindDataset(folder.path(), {});
+  ASSERT_TRUE(found && found->truth);
+  const std::vector<StampedPose> truth = found->truth();
+  ASSERT_EQ(truth.size(), made.truth);
+  const StampedPose& pose = truth[truth.size() > 1 ? 1 : 0];
+  EXPECT_NEAR(pose.timestamp, made.second_time, 1e-6);
+  EXPECT_TRUE(pose.world_from_cam.translation.isApprox(made.second_position));
+  if (made.camera_fx == 0) return;
+  const bool has_no_size =
+      made.layout == std::string("ScanNet") || made.layout == std::string("KITTI");
+  const Camera camera = LoadCamera(found->camera, has_no_size ? cv::Size(1296, 968) : cv::Size());
+  EXPECT_EQ(camera.fx, made.camera_fx);
+}
+
+INSTANTIATE_TEST_SUITE_P(Layouts, EachDataset, testing::ValuesIn(kMadeDatasets),
+                         [](const auto& test) {
+                           std::string name = test.param.layout + std::to_string(test.index);
+                           std::erase(name, '-');
+                           return name;
+                         });
+
+TEST(Dataset, CamerasOfOpenGlAreTurned) {
+  for (const char* layout : {"Nerfstudio", "Record3D"}) {
+    const TempFolder folder;
+    MakeDataset(folder, MadeOf(layout));
+    const auto truth = FindDataset(folder.path(), {})->truth();
+    // They look along -z, and their y is up.
+    EXPECT_TRUE((truth[0].world_from_cam.rotation * Eigen::Vector3d(0, 1, 2))
+                    .isApprox(Eigen::Vector3d(0, -1, -2)))
+        << layout;
+  }
+}
+
+TEST(Dataset, TheBodyOfEuRoCIsNoCamera) {
+  const TempFolder folder;
+  MakeDataset(folder, MadeOf("EuRoC"));
+  const auto truth = FindDataset(folder.path() + "/mav0", {})->truth();
+  EXPECT_TRUE((truth[1].world_from_cam.rotation * Eigen::Vector3d::UnitX())
+                  .isApprox(Eigen::Vector3d::UnitY()));
+}
+
+TEST(Dataset, AFilmIsNamed) {
+  const TempFolder folder;
+  folder.Write("rgb.mp4", "x");
+  folder.Write("camera_matrix.csv", "1500, 0, 960\n0, 1500, 720\n0, 0, 1\n");
+  folder.Write("odometry.csv",
+               "timestamp, frame, x, y, z, qx, qy, qz, qw\n7.5, 000000, 1, 2, 3, 0, 0, 0, 1\n"
+               "7.6, 000001, 1, 2, 4, 0, 0, 0, 1\n");
+  const auto found = FindDataset(folder.path(), {});
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->layout, "Stray-Scanner");
+  EXPECT_EQ(found->film, folder / "rgb.mp4");
+  EXPECT_EQ(FilmOf(folder.path(), {}), folder / "rgb.mp4");
+  EXPECT_EQ(FilmOf("a.mp4", {}), "a.mp4");
+  EXPECT_EQ(LoadCamera(found->camera, {1920, 1440}).fx, 1500);
+  const auto truth = found->truth();
+  ASSERT_EQ(truth.size(), 2U);
+  EXPECT_NEAR(truth[1].timestamp, 0.1, 1e-9);
+  // It is read as a film, which this one is not.
+  EXPECT_FALSE(ListImages(folder.path(), {}));
+  EXPECT_THAT(InputErrorOf([&] { OpenImages(folder.path(), {}); }), HasSubstr("rgb.mp4"));
+}
+
+TEST(Dataset, KittisPosesMayBeBesideItsSequences) {
+  const TempFolder folder;
+  for (const auto& [name, text] : MadeOf("KITTI").files)
+    folder.Write(
+        name == std::string("poses.txt") ? "poses/07.txt" : "sequences/07/" + std::string(name),
+        text);
+  for (const char* end : {"", "/"}) {
+    const auto found = FindDataset(folder / ("sequences/07" + std::string(end)), {});
+    ASSERT_TRUE(found && found->truth) << end;
+    EXPECT_EQ(found->truth().size(), 3U);
+  }
+}
+
+TEST(Dataset, TheRateThatIsGivenCounts) {
+  for (const char* layout : {"KITTI", "Record3D", "COLMAP"}) {
+    const TempFolder folder;
+    MakeDataset(folder, MadeOf(layout));
+    EXPECT_EQ(FindDataset(folder.path(), {.fps = 4})->images[1].timestamp, 0.25) << layout;
+    EXPECT_EQ(FindDataset(folder.path(), {.fps = 4})->truth()[1].timestamp, 0.25) << layout;
+  }
+}
+
+TEST(Dataset, OtherSourcesAreNone) {
+  const TempFolder folder;
+  folder.Write("images/1.pgm", kTinyImage);
+  folder.Write("1.pgm", kTinyImage);
+  EXPECT_FALSE(FindDataset(folder.path(), {}));
+  EXPECT_FALSE(FindDataset(folder / "1.pgm", {}));
+  EXPECT_FALSE(FindDataset(folder / "missing", {}));
+  EXPECT_FALSE(FindDataset(folder.path(), {.follow = FollowOptions{}}));
+  EXPECT_THAT(InputErrorOf([&] { FindDataset(folder.path(), {.dataset = "kiti"}); }),
+              AllOf(HasSubstr("--dataset kiti"), HasSubstr("KITTI"), HasSubstr("none")));
+  EXPECT_THAT(InputErrorOf([&] { FindDataset(folder / "1.pgm", {.dataset = "kitti"}); }),
+              HasSubstr("no folder in that layout"));
+}
+
+// What is wrong with a dataset after one of its files was replaced. `with_truth`: its poses are
+// read.
+std::string ProblemOf(const char* layout, const char* file, const std::string& text,
+                      bool with_truth = false) {
+  const TempFolder folder;
+  MakeDataset(folder, MadeOf(layout));
+  folder.Write(file, text);
+  return InputErrorOf([&] {
+    const auto found = FindDataset(folder.path(), {});
+    if (with_truth) found->truth();
+  });
+}
+
+TEST(Dataset, DamagedFilesAreNamed) {
+  EXPECT_THAT(ProblemOf("KITTI", "times.txt", "0\n1\n"),
+              AllOf(HasSubstr("times.txt: 2 times"), HasSubstr("image_0 has 3 images"),
+                    HasSubstr("KITTI; --dataset none")));
+  EXPECT_THAT(ProblemOf("KITTI", "times.txt", "0\n1\nx\n"),
+              HasSubstr("times.txt:3: column 1: expected a number"));
+  EXPECT_THAT(ProblemOf("EuRoC", "mav0/cam0/data.csv", "#timestamp [ns],filename\n"),
+              AllOf(HasSubstr("EuRoC"), HasSubstr("no images")));
+  EXPECT_THAT(ProblemOf("TUM", "rgb.txt", "1.5\n"), HasSubstr("rgb.txt:1"));
+  EXPECT_THAT(ProblemOf("Nerfstudio", "transforms.json", "{\"frames\": [{}]}"),
+              HasSubstr("transforms.json: frames[0]: key file_path"));
+  EXPECT_THAT(ProblemOf("Nerfstudio", "transforms.json", "{\"frames\": 1}"),
+              HasSubstr("key frames"));
+  EXPECT_THAT(ProblemOf("Nerfstudio", "transforms.json", "{"), HasSubstr("no JSON object"));
+  EXPECT_THAT(ProblemOf("Nerfstudio", "transforms.json", "{\"frames\": []}"),
+              HasSubstr("no images"));
+  EXPECT_THAT(
+      ProblemOf("Nerfstudio", "transforms.json",
+                "{\"frames\": [{\"file_path\": \"a\", \"transform_matrix\": [[1, 2], [3]]}]}"),
+      HasSubstr("frames[0].transform_matrix: 3 numbers, expected 12"));
+  EXPECT_THAT(ProblemOf("Record3D", "metadata", "x"), HasSubstr("metadata: is no JSON"));
+  EXPECT_THAT(ProblemOf("Record3D", "metadata", "{\"fps\": -1}"), HasSubstr("fps: -1, allowed"));
+  const TempFolder empty, scene;
+  empty.Write("image_0/readme.txt", "none");
+  empty.Write("times.txt", "0\n");
+  EXPECT_THAT(InputErrorOf([&] { FindDataset(empty.path(), {}); }),
+              AllOf(HasSubstr(empty.path()), HasSubstr("KITTI, but no images")));
+  scene.Write("seq-01/frame-000000.color.png", kTinyImage);
+  scene.Write("TrainSplit.txt", "sequence1\n");
+  EXPECT_THAT(InputErrorOf([&] { FindDataset(scene.path(), {}); }),
+              AllOf(HasSubstr("one of its sequences"), HasSubstr("seq-01")));
+}
+
+TEST(Dataset, DamagedPosesAreNamed) {
+  EXPECT_THAT(ProblemOf("KITTI", "poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n", true),
+              AllOf(HasSubstr("poses.txt: 1 poses"), HasSubstr("3 images")));
+  EXPECT_THAT(ProblemOf("7-Scenes", "frame-000001.pose.txt", "1 0 0\n", true),
+              HasSubstr("frame-000001.pose.txt:1: column 4"));
+  EXPECT_THAT(ProblemOf("7-Scenes", "frame-000001.pose.txt", "1 0 0 1\n0 1 0 1\n", true),
+              HasSubstr("8 numbers, expected a matrix"));
+  EXPECT_THAT(ProblemOf("ScanNet", "pose/1.txt", "2 0 0 1\n0 1 0 1\n0 0 1 1\n", true),
+              AllOf(HasSubstr("1.txt"), HasSubstr("no rotation")));
+  EXPECT_THAT(ProblemOf("Record3D", "metadata", "{\"poses\": [[0, 0, 0, 1, 1, 2, 3]]}", true),
+              AllOf(HasSubstr("metadata: 1 poses"), HasSubstr("3 images")));
+  EXPECT_THAT(ProblemOf("COLMAP", "sparse/0/images.txt", "1 9 0 0 0 0 0 0 1 a\n", true),
+              HasSubstr("images.txt:1: quaternion of length 9"));
+  EXPECT_THAT(ProblemOf("COLMAP", "sparse/0/images.txt", "1 1 0 0 0 0 0 0 1\n", true),
+              HasSubstr("images.txt:1: expected IMAGE_ID"));
+}
+
+}  // namespace
+}  // namespace oaslam
