@@ -33,7 +33,9 @@ void CheckSize(const std::string& path, const cv::Mat& mask, const cv::Size& ima
                                  mask.cols, mask.rows, images.width, images.height));
 }
 
-// Looks through the first seconds of recorded images.
+cv::Mat HidesNothing(const cv::Size& size) { return cv::Mat(size, CV_8UC1, cv::Scalar(255)); }
+
+// Looks through the first seconds of recorded images. Nothing where they do not tell.
 cv::Mat FindMask(ReadableImages& source) {
   StillParts parts;
   std::optional<double> begin_s;
@@ -44,7 +46,7 @@ cv::Mat FindMask(ReadableImages& source) {
     parts.Add(ViewOf(ToGrey(image->image)), image->timestamp);
   }
   const ImageMask& found = parts.mask();
-  if (found.HiddenShare() == 0) return {};
+  if (found.HiddenShare() == 0) return parts.IsSettled() ? HidesNothing(source.size()) : cv::Mat();
   spdlog::warn(
       "a part of the images moves with the camera, and is left out: {} (--mask none: use it; "
       "--mask IMAGE: say which)",
@@ -88,7 +90,7 @@ void EraseHidden(const cv::Mat& mask, std::vector<Detection>& detections) {
 
 void UseMask(const std::string& option, const cv::Mat& mask, Slam& slam, const Camera& camera) {
   if (option == "none")
-    slam.SetMask(cv::Mat(camera.height, camera.width, CV_8UC1, cv::Scalar(255)));
+    slam.SetMask(HidesNothing({camera.width, camera.height}));
   else if (!mask.empty())
     slam.SetMask(mask);
 }

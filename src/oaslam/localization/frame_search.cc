@@ -86,16 +86,18 @@ Relocalization FrameSearch::ByPoints(const Frame& frame, Appearance appearance,
   return found;
 }
 
-void FrameSearch::JoinObjects(const Frame& frame, Relocalization& found) const {
+std::optional<size_t> FrameSearch::JoinObjects(const Frame& frame, Relocalization& found) const {
   const RelocalizationConfig& config = tools_.config.relocalization;
   const bool are_few = found.points.inliers < 2 * tools_.config.tracking.min_relocalization_inliers;
-  if (IsAsInPaper() || !are_few) return;
+  if (IsAsInPaper() || !are_few) return std::nullopt;
   Relocalization joint =
       RefineByPointsAndObjects(frame.detections, map_.cameras[frame.camera], map_, config, found);
   found.objects.matched = std::move(joint.objects.matched);
-  if (static_cast<int>(found.objects.matched.size()) < config.accept_objects) return;
-  found.cam_from_world = joint.cam_from_world;
-  found.covariance = joint.covariance;
+  if (static_cast<int>(found.objects.matched.size()) >= config.accept_objects) {
+    found.cam_from_world = joint.cam_from_world;
+    found.covariance = joint.covariance;
+  }
+  return found.objects.matched.size();
 }
 
 const std::vector<Relocalization>& FrameSearch::PosesByObjects(const Frame& frame) {
@@ -137,7 +139,9 @@ Relocalization FrameSearch::ByObjects(const Frame& frame) {
     if (pose.objects.margin < -config.accept_margin) continue;  // they speak against it
     Relocalization confirmed = Confirmed(frame, pose.cam_from_world, ErrorAngle(pose.objects));
     if (!confirmed.IsFound() || !Agree(confirmed, pose)) continue;
-    JoinObjects(frame, confirmed);
+    // Few points agree by chance with a pose in which most of these objects are elsewhere.
+    const std::optional<size_t> agree = JoinObjects(frame, confirmed);
+    if (agree && 2 * *agree < pose.objects.matched.size()) continue;
     confirmed.evidence = PoseEvidence::kPointsAndObjects;
     confirmed.confidence = ConfidenceOfBoth(confirmed.confidence, pose.confidence);
     ObjectSupport objects = pose.objects;

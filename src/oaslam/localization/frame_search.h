@@ -48,8 +48,8 @@ class FrameSearch {
   // share with them.
   bool IsMappedFrom(const Frame& frame, const Rigid3& cam_from_world) const;
   // Refines a pose that few points support by the objects in view. (Not in the paper, which refines
-  // with points.)
-  void JoinObjects(const Frame& frame, Relocalization& found) const;
+  // with points.) Returns how many objects agree with the points; nothing where these suffice.
+  std::optional<size_t> JoinObjects(const Frame& frame, Relocalization& found) const;
   const std::vector<Relocalization>& PosesByObjects(const Frame& frame);
   std::vector<Relocalization> SearchPosesByObjects(const Frame& frame) const;
   bool IsAsInPaper() const { return tools_.config.relocalization.objects == ObjectMethod::kPaper; }
