@@ -10,6 +10,7 @@
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/time_unit.h"
+#include "oaslam/formats/unicode.h"
 #include "oaslam/images/camera_source.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/video_container.h"
@@ -56,7 +57,8 @@ fs::path FolderOfList(const std::string& path) {
 std::string PathOfLine(const fs::path& folder, std::string_view path) {
   std::error_code error;
   const fs::path beside = folder / path, in_data = folder / "data" / path;
-  return (!fs::exists(beside, error) && fs::exists(in_data, error) ? in_data : beside).string();
+  if (!fs::exists(beside, error) && fs::exists(in_data, error)) return in_data.string();
+  return FileInEitherForm(beside.string());
 }
 
 void CheckSteps(const std::vector<ListedImage>& images, const std::string& source) {
