@@ -8,10 +8,25 @@
 #include "oaslam/formats/text.h"
 
 namespace oaslam {
+namespace {
+
+[[noreturn]] void ThrowNoCalibration(const std::string& path) {
+  throw InputError(
+      fmt::format("{}: not a calibration; looked for camera_matrix (ROS, OpenCV), Camera.fx "
+                  "(ORB-SLAM, stella_vslam), cam0.intrinsics (Kalibr), model_type (VINS), cameras "
+                  "(OKVIS), fl_x (Nerfstudio), P0 (KITTI), ID MODEL (COLMAP), a line fx fy cx cy",
+                  path));
+}
+
+// YAML of a text that is no mapping.
+bool IsMapping(const std::string& text) { return text.find_first_of(":<{") != std::string::npos; }
+
+}  // namespace
 
 Camera ReadCameraFile(const std::string& path, const cv::Size& image_size) {
   const std::string text = ReadTextFile(path);
   if (const auto camera = ReadCameraLines(text, path, image_size)) return *camera;
+  if (!IsMapping(text)) ThrowNoCalibration(path);
   const CameraReader reader{path, ParseCameraFile(text, path), image_size};
   if (const auto camera = OrbSlamKeys(reader)) return ReadOrbSlamKind(*camera);
   if (const auto cam0 = reader.Find({"cam0"}); cam0 && cam0->second.IsMap())
@@ -27,11 +42,7 @@ Camera ReadCameraFile(const std::string& path, const cv::Size& image_size) {
   if (const auto other = reader.Find({"cam0_calib"}))
     throw InputError(fmt::format("{}: names the calibration {}; give that file", path,
                                  TextOfNode(other->second)));
-  throw InputError(
-      fmt::format("{}: not a calibration; looked for camera_matrix (ROS, OpenCV), Camera.fx "
-                  "(ORB-SLAM, stella_vslam), cam0.intrinsics (Kalibr), model_type (VINS), cameras "
-                  "(OKVIS), fl_x (Nerfstudio), P0 (KITTI), ID MODEL (COLMAP), a line fx fy cx cy",
-                  path));
+  ThrowNoCalibration(path);
 }
 
 }  // namespace oaslam

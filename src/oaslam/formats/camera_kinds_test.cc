@@ -4,6 +4,7 @@
 #include "expect_input_error.h"
 #include "oaslam/camera_file.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/log.h"
 #include "temp_folder.h"
 
 namespace oaslam {
@@ -213,6 +214,35 @@ TEST(CameraKinds, WhatIsNotUnderstoodIsNamed) {
     EXPECT_THAT(error, HasSubstr("bad.yaml")) << text;
     for (const std::string& word : words) EXPECT_THAT(error, HasSubstr(word)) << text;
   }
+}
+
+// What people wrote in place of focal lengths in pixels, and files of no known kind.
+TEST(CameraKinds, UnitsAndKindsThatAreNotKnownAreExplained) {
+  const TempFolder folder;
+  const std::pair<const char*, const char*> files[] = {
+      {"3.637 3.638 320 240\n", "expected pixels"},
+      {"16.5 16.5 320 240\n", "millimetres"},
+      {"0.82 1.09 0.5 0.5\n", "share of the image's width"},
+      {"0.82 1.09 0.5 0.5 0\n640 480\ncrop\n640 480\n", "not a calibration"},
+      {"", "not a calibration"}};
+  for (const auto& [text, word] : files)
+    EXPECT_THAT(InputErrorOf([&, text = text] {
+                  LoadCamera(folder.Write("c.txt", text), {640, 480});
+                }),
+                AllOf(HasSubstr("c.txt"), HasSubstr(word)))
+        << text;
+}
+
+TEST(CameraKinds, APrincipalPointFarAsideIsSaid) {
+  const TempFolder folder;
+  std::string said;
+  SetLogSink([&](LogLevel, const std::string& message) { said += message; });
+  LoadCamera(folder.Write("c.txt", "525 525 319.5 239.5\n"), {640, 480});
+  EXPECT_EQ(said, "");
+  LoadCamera(folder.Write("c.txt", "525 525 319.5 239.5\n"), {1280, 960});
+  SetLogSink({});
+  EXPECT_THAT(said,
+              AllOf(HasSubstr("320 240"), HasSubstr("1280 x 960"), HasSubstr("about 640 x 480")));
 }
 
 TEST(CameraKinds, SizesOfAllSpellingsAreCompared) {

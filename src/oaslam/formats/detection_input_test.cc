@@ -87,6 +87,17 @@ TEST(MatchedToImages, CountedFromOne) {
   EXPECT_EQ(CategoryAt(Match(plain, Video(20)), "000001"), 0);
 }
 
+// As detectors write them that know images by their index.
+TEST(MatchedToImages, NumbersOfCocoResultsWithoutAList) {
+  const TempFolder folder;
+  const std::string path = folder.Write(
+      "r.json", R"([{"image_id": 3, "category_id": 7, "bbox": [1, 2, 5, 6], "score": 0.5}])");
+  const DetectionFile file = ReadDetectionFile(path);
+  EXPECT_TRUE(file.has_numbers_for_names);
+  EXPECT_EQ(CategoryAt(MatchedToImages(DetectionTable(file.images), Video(5), path), "000003"), 7);
+  EXPECT_THAT(InputErrorOf([&] { CheckNames(file, path); }), HasSubstr("r.images.json"));
+}
+
 TEST(MatchedToImages, WhatDoesNotFitIsRefusedWithTwoExamples) {
   const auto error = [](const std::vector<std::string>& names,
                         const std::vector<std::string>& images) {
