@@ -72,7 +72,7 @@ cv::Mat MaskFor(const std::string& mask, const std::string& camera, const std::s
   ImageSourceOptions range = FrameRange(common);
   range.quiet = true;  // the run that follows opens the same images
   ReadableImages source(OpenImages(images, range), {.says = false});
-  if (source.size().empty()) throw InputError(fmt::format("{}: no readable image", images));
+  if (source.size().empty()) throw source.NoneReadable(images);
   CheckImageSize(source.size(), images);
   if (!given.empty()) {
     CheckSize(path, given, source.size());

@@ -32,7 +32,7 @@ std::string DescribeTimes(const std::vector<StampedPose>& reference,
                           const std::vector<StampedPose>& estimate) {
   if (reference.empty() || estimate.empty()) return "";
   return fmt::format(
-      "; its times are {:.6g} to {:.6g} s, those of the ground truth {:.6g} to {:.6g} s",
+      "; its times are {:.2f} to {:.2f} s, those of the ground truth {:.2f} to {:.2f} s",
       estimate.front().timestamp, estimate.back().timestamp, reference.front().timestamp,
       reference.back().timestamp);
 }

@@ -13,6 +13,17 @@
 namespace oaslam {
 namespace {
 
+// The numbers of a list, or of a list of rows.
+YAML::Node Flat(const YAML::Node& list) {
+  const auto is_row = [](const YAML::Node& row) { return row.IsSequence(); };
+  if (!list.IsSequence() || list.size() == 0 || !std::all_of(list.begin(), list.end(), is_row))
+    return list;
+  YAML::Node flat(YAML::NodeType::Sequence);
+  for (const YAML::Node& row : list)
+    for (const YAML::Node& value : row) flat.push_back(value);
+  return flat;
+}
+
 // Of OpenCV's FileStorage in XML, which it reads itself.
 YAML::Node NodeOf(const cv::FileNode& file) {
   YAML::Node node;
@@ -39,27 +50,32 @@ YAML::Node ParseXml(const std::string& text, const std::string& path) {
       fmt::format("{}: XML, expected that of OpenCV's FileStorage (<opencv_storage>)", path));
 }
 
-// JSON is nearly YAML, but blanks of any kind may stand in it. Only scalars and lists of them are
-// looked at.
+// What is nested deeper than any calibration is left out.
+YAML::Node NodeOf(const nlohmann::json& json, int depth = 0) {
+  constexpr int kDeepest = 8;
+  YAML::Node node;
+  if (depth > kDeepest) return node;
+  if (json.is_object()) {
+    node = YAML::Node(YAML::NodeType::Map);
+    for (const auto& [key, value] : json.items())
+      // Poses and paths of images, of which there may be many, are not looked at.
+      node[key] = key == "frames" ? YAML::Node(YAML::NodeType::Sequence) : NodeOf(value, depth + 1);
+  } else if (json.is_array()) {
+    node = YAML::Node(YAML::NodeType::Sequence);
+    for (const auto& value : json) node.push_back(NodeOf(value, depth + 1));
+  } else if (!json.is_null()) {
+    node = json.is_string() ? json.get<std::string>() : json.dump();
+  }
+  return node;
+}
+
+// JSON is nearly YAML, but blanks of any kind may stand in it.
 YAML::Node ParseJsonCamera(const std::string& text, const std::string& path) {
-  YAML::Node root(YAML::NodeType::Map);
   try {
-    const auto json = nlohmann::json::parse(text);
-    for (const auto& [key, value] : json.items()) {
-      if (value.is_string())
-        root[key] = value.get<std::string>();
-      else if (value.is_primitive())
-        root[key] = value.dump();
-      else if (value.is_array() &&
-               std::ranges::all_of(value, [](const auto& x) { return x.is_number(); }))
-        for (const auto& x : value) root[key].push_back(x.dump());
-      else
-        root[key] = YAML::Node(YAML::NodeType::Map);
-    }
+    return NodeOf(nlohmann::json::parse(text));
   } catch (const nlohmann::json::exception& error) {
     throw InputError(fmt::format("{}: no JSON: {}", path, OnOneLine(Printable(error.what()), 200)));
   }
-  return root;
 }
 
 }  // namespace
@@ -99,8 +115,8 @@ std::vector<double> CameraReader::NumbersOf(CameraKeys keys, double fallback) co
 
 std::vector<double> CameraReader::Numbers(CameraKeys keys, size_t count) const {
   const auto [key, node] = Need(keys);
-  auto values =
-      node.IsMap() ? YamlNumbers(node["data"], path, key + ".data") : YamlNumbers(node, path, key);
+  auto values = node.IsMap() ? YamlNumbers(node["data"], path, key + ".data")
+                             : YamlNumbers(Flat(node), path, key);
   if (count > 0 && values.size() != count)
     throw InputError(
         fmt::format("{}: {}: {} values, expected {}", path, key, values.size(), count));

@@ -28,7 +28,7 @@ struct CameraReader {
   double Number(CameraKeys keys) const;
   double NumberOr(const std::string& key, double fallback) const;
   std::vector<double> NumbersOf(CameraKeys keys, double fallback) const;
-  // A list, or a matrix as a mapping with "data". `count`: how many, 0 for any.
+  // A list, a list of rows, or a matrix as a mapping with "data". `count`: how many, 0 for any.
   std::vector<double> Numbers(CameraKeys keys, size_t count = 0) const;
   std::string Text(CameraKeys keys) const;
   // The mapping below a key.
