@@ -22,8 +22,12 @@ cv::Mat LoadMask(const std::string& path) {
   const cv::Mat mask = cv::imread(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   if (mask.empty())
     throw InputError(fmt::format("--mask {}: is no image; allowed: an image, auto or none", path));
-  if (cv::countNonZero(mask) == 0)
+  const int visible = cv::countNonZero(mask), all = static_cast<int>(mask.total());
+  if (visible == 0)
     throw InputError(fmt::format("--mask {}: hides the whole image: black hides", path));
+  if (2 * visible < all)
+    spdlog::warn("--mask {}: hides {} % of the image: black hides, is it the other way round?",
+                 path, 100 * (all - visible) / all);
   return mask;
 }
 

@@ -26,7 +26,9 @@ bool IsMapping(const std::string& text) { return text.find_first_of(":<{") != st
 Camera ReadCameraFile(const std::string& path, const cv::Size& image_size) {
   const std::string text = ReadTextFile(path);
   if (const auto camera = ReadCameraLines(text, path, image_size)) return *camera;
-  if (!IsMapping(text)) ThrowNoCalibration(path);
+  constexpr size_t kHead = 4096;
+  if (!LooksLikeText(std::string_view(text).substr(0, kHead)) || !IsMapping(text))
+    ThrowNoCalibration(path);
   const CameraReader reader{path, ParseCameraFile(text, path), image_size};
   if (const auto camera = OrbSlamKeys(reader)) return ReadOrbSlamKind(*camera);
   if (const auto cam0 = reader.Find({"cam0"}); cam0 && cam0->second.IsMap())

@@ -242,6 +242,7 @@ TEST(CameraKinds, UnitsAndKindsThatAreNotKnownAreExplained) {
       {"16.5 16.5 320 240\n", "millimetres"},
       {"0.82 1.09 0.5 0.5\n", "share of the image's width"},
       {"0.82 1.09 0.5 0.5 0\n640 480\ncrop\n640 480\n", "not a calibration"},
+      {"a: \x01 \x1f\n", "not a calibration"},
       {"", "not a calibration"}};
   for (const auto& [text, word] : files)
     EXPECT_THAT(InputErrorOf([&, text = text] {

@@ -154,6 +154,16 @@ bool IsText(const std::string& path) {
   return LooksLikeText({head.data(), static_cast<size_t>(file.gcount())});
 }
 
+// "DIR/%06d.png" and "DIR/*.png" are how other programs name the images of a folder.
+std::string HintForPattern(const std::string& source) {
+  const fs::path path(source), folder = path.parent_path();
+  std::error_code error;
+  if (path.filename().string().find_first_of("%*?") == std::string::npos ||
+      !fs::is_directory(folder, error))
+    return "";
+  return fmt::format("; for the images in a folder give the folder: {}", folder.string());
+}
+
 void CheckPlainFile(const std::string& source) {
   std::error_code error;
   switch (fs::status(source, error).type()) {
@@ -181,7 +191,8 @@ std::optional<std::vector<ListedImage>> ListAll(const std::string& source,
     if (fs::is_symlink(source, error))
       throw InputError(fmt::format("{}: is a link to {}, which is not there", source,
                                    fs::read_symlink(source, error).string()));
-    throw InputError(fmt::format("{}: there is no such file or folder", source));
+    throw InputError(
+        fmt::format("{}: there is no such file or folder{}", source, HintForPattern(source)));
   }
   if (fs::is_directory(source, error)) {
     const std::string list = (fs::path(source) / "rgb.txt").string();

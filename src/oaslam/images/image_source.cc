@@ -62,7 +62,13 @@ std::optional<std::vector<ListedImage>> ListImages(const std::string& source,
   auto images = ListAll(source, options);
   if (!images) return std::nullopt;
   const int count = static_cast<int>(images->size());
-  if (count == 0) throw InputError(fmt::format("{}: no images", source));
+  if (count == 0) {
+    std::error_code error;
+    const std::string below =
+        fs::is_directory(source, error) ? FolderOfImagesBelow(source) : std::string();
+    throw InputError(fmt::format("{}: no images{}", source,
+                                 below.empty() ? "" : "; there are some in " + below));
+  }
   if (options.from >= count)
     throw InputError(fmt::format("--from {}: {} has {} images", options.from, source, count));
   images->resize(static_cast<size_t>(options.to < 0 ? count : std::min(options.to, count)));

@@ -245,6 +245,17 @@ TEST(ImageSource, ListsWithAHeaderOrThePathFirst) {
   }
 }
 
+TEST(ImageSource, WhereTheImagesAreIsSaid) {
+  const TempFolder folder;
+  folder.Write("cam0/data/1.pgm", Pgm(4, 4, 9));
+  folder.Write("cam1/data/1.pgm", Pgm(4, 4, 9));
+  EXPECT_THAT(InputErrorOf([&] { ReadAll(folder.path()); }),
+              AllOf(HasSubstr("no images"), HasSubstr(folder / "cam0/data")));
+  for (const char* pattern : {"cam0/data/%06d.png", "cam0/data/*.png"})
+    EXPECT_THAT(InputErrorOf([&] { ReadAll(folder / pattern); }),
+                AllOf(HasSubstr("no such file"), HasSubstr("give the folder")));
+}
+
 TEST(ImageSource, ListsFindNamesInEitherNormalForm) {
   const TempFolder folder;
   folder.Write("u\xCC\x88.pgm", Pgm(4, 4, 9));
