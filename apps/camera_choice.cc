@@ -16,7 +16,6 @@
 #include "oaslam/images/camera_source.h"
 #include "oaslam/map/camera_replacement.h"
 #include "oaslam/objects/object_mapper.h"
-#include "oaslam/util/url.h"
 #include "readable_images.h"
 
 namespace oaslam::apps {
@@ -112,7 +111,7 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
                         {.is_live = is_live || range.follow, .says = false});
   std::optional<InputImage> image = source.Next();
   if (!image && Interrupted()) return {};
-  if (!image) throw InputError(fmt::format("{}: no readable image", WithoutPassword(images)));
+  if (!image) throw source.NoneReadable(images);
   CheckImageSize(image->image.size(), images);
   CameraEstimationOptions options{.mask = mask};
   if (!settings.IsAuto())

@@ -15,7 +15,6 @@
 #include "oaslam/geometry/degree.h"
 #include "oaslam/images/camera_source.h"
 #include "oaslam/images/image_list.h"
-#include "oaslam/util/url.h"
 
 namespace oaslam::apps {
 
@@ -68,8 +67,7 @@ FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOp
       std::move(images),
       ReadableImages::Options{.any_size = sources.any_size, .is_live = comes_late});
   std::optional<InputImage> first = NextReadable();
-  if (!first)
-    throw InputError(fmt::format("{}: no readable image", WithoutPassword(sources.images)));
+  if (!first) throw images_->NoneReadable(sources.images);
   // A camera that begins in a given map is lost until it is found.
   if (sources.in_map) lost_since_s_ = first->timestamp;
   const cv::Size size = images_->size();

@@ -330,9 +330,10 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
   if (IsAutoCamera(options.camera))
     throw InputError("localize: --camera auto needs --images; give a calibration");
   const Camera camera = LoadCamera(options.camera, {0, 0});
-  auto images = SelectTimedDetections(
-      DetectionTable(LoadDetectionsFor(options.side.detections, options.common).images),
-      options.side.detections, options.common);
+  DetectionFile detections = LoadDetectionsFor(options.side.detections, options.common);
+  CheckNames(detections, options.side.detections);
+  auto images = SelectTimedDetections(DetectionTable(std::move(detections.images)),
+                                      options.side.detections, options.common);
   const cv::Mat mask = MaskFor(options.mask, options.camera, "", options.common);
   for (TimedDetections& image : images) EraseHidden(mask, image.detections);
   GravityTrack gravity =

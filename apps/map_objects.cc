@@ -128,6 +128,7 @@ void MapObjects(const Options& options) {
   const Stopwatch watch;
   const SlamConfig config = LoadConfiguration(options.common);
   DetectionFile detections = LoadDetectionsFor(options.detections, options.common);
+  CheckNames(detections, options.detections);
   const Classes classes = ClassesFor(options.common, nullptr, detections.categories);
   const Camera camera = LoadCamera(options.camera, {0, 0});
   const std::vector<PosedDetections> frames =

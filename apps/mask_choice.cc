@@ -22,8 +22,12 @@ cv::Mat LoadMask(const std::string& path) {
   const cv::Mat mask = cv::imread(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   if (mask.empty())
     throw InputError(fmt::format("--mask {}: is no image; allowed: an image, auto or none", path));
-  if (cv::countNonZero(mask) == 0)
+  const int visible = cv::countNonZero(mask), all = static_cast<int>(mask.total());
+  if (visible == 0)
     throw InputError(fmt::format("--mask {}: hides the whole image: black hides", path));
+  if (2 * visible < all)
+    spdlog::warn("--mask {}: hides {} % of the image: black hides, is it the other way round?",
+                 path, 100 * (all - visible) / all);
   return mask;
 }
 
@@ -75,7 +79,7 @@ cv::Mat MaskFor(const std::string& mask, const std::string& camera, const std::s
   ImageSourceOptions range = FrameRange(common);
   range.quiet = true;  // the run that follows opens the same images
   ReadableImages source(OpenImages(images, range), {.says = false});
-  if (source.size().empty()) throw InputError(fmt::format("{}: no readable image", images));
+  if (source.size().empty()) throw source.NoneReadable(images);
   CheckImageSize(source.size(), images);
   if (!given.empty()) {
     CheckSize(path, given, source.size());

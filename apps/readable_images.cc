@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "oaslam/util/url.h"
+
 namespace oaslam::apps {
 
 ReadableImages::ReadableImages(std::unique_ptr<ImageSource> images, const Options& options)
@@ -61,8 +63,14 @@ std::optional<InputImage> ReadableImages::Read() {
 }
 
 void ReadableImages::Skip(const InputImage& image, const std::string& why) {
-  ++skipped_;
-  if (options_.says) spdlog::warn("image {} ({}): {}, skipped", image.index, image.name, why);
+  const std::string what = fmt::format("image {} ({}): {}", image.index, image.name, why);
+  if (++skipped_ == 1) first_skipped_ = what;
+  if (options_.says) spdlog::warn("{}, skipped", what);
+}
+
+InputError ReadableImages::NoneReadable(const std::string& source) const {
+  return InputError(fmt::format("{}: no readable image{}{}", WithoutPassword(source),
+                                first_skipped_.empty() ? "" : "; ", first_skipped_));
 }
 
 }  // namespace oaslam::apps

@@ -2,8 +2,11 @@
 
 #include <deque>
 #include <memory>
+#include <opencv2/core.hpp>
 #include <optional>
+#include <string>
 
+#include "oaslam/error.h"
 #include "oaslam/image_source.h"
 
 namespace oaslam::apps {
@@ -23,6 +26,8 @@ class ReadableImages {
 
   std::optional<InputImage> Next();
   cv::Size size() const { return size_; }
+  // Where none can be read: says so, with what is wrong with the first.
+  InputError NoneReadable(const std::string& source) const;
   int count() const { return images_->size(); }  // ImageSource::size
 
  private:
@@ -35,6 +40,7 @@ class ReadableImages {
   cv::Size size_;
   std::optional<double> last_timestamp_;
   int read_ = 0, skipped_ = 0;
+  std::string first_skipped_;  // with the reason
 };
 
 }  // namespace oaslam::apps

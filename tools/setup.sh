@@ -24,6 +24,7 @@ packages=(
   libcli11-dev libspdlog-dev libfmt-dev libboost-dev                        # command line, messages, the viewer's server (Beast)
   pkg-config libavdevice-dev libavformat-dev libavcodec-dev libswscale-dev libavutil-dev libexif-dev  # cameras, time stamps of videos, metadata of videos and images
   libheif-dev                                                               # HEIC and AVIF photos
+  libutf8proc-dev                                                           # normal forms of names
   libassimp-dev                                                             # models of virtual content
   libssl-dev libpq-dev libgeographiclib-dev prometheus-cpp-dev              # the service: digests, maps in PostgreSQL, geographic coordinates, metrics
   libcurl4-openssl-dev                                                      # oaslam models get

@@ -132,7 +132,7 @@ class TestBadInput(harness.InFolder):
     def test_no_image_can_be_read(self):
         outcome = self.run_slam(images=self.write("rgb.txt", "0.0 a.png\n0.1 b.png\n"))
         assert outcome.code != 0, outcome
-        assert "error" in outcome.err
+        assert "no readable image; image 0 (a.png): missing or unreadable" in outcome.err, outcome
 
     def check_times(self, line):
         """The time of frame 80 is not after that of its predecessor: the frame is skipped with a warning, and the run goes on."""

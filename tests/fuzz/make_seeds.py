@@ -29,10 +29,39 @@ Camera.height: 480
   distortion_model: equidistant
   distortion_coeffs: [-0.28, 0.07, 0.0001, 1.7e-05]
   resolution: [640, 480]
-"""],
-    1: ['{"camera_model": "OPENCV", "fl_x": 500, "fl_y": 500, "cx": 320, "cy": 240, "w": 640, "h": 480, "k1": 0}'],
+""", """Camera:
+  model: fisheye
+  fx: 525
+  fy: 525
+  cx: 319.5
+  cy: 239.5
+  k1: -0.03
+  cols: 640
+  rows: 480
+""", """model_type: MEI
+image_width: 640
+image_height: 480
+mirror_parameters: {xi: 0.9}
+distortion_parameters: {k1: -0.1, k2: 0.02, p1: 0, p2: 0}
+projection_parameters: {gamma1: 500, gamma2: 500, u0: 319.5, v0: 239.5}
+""", """cameras:
+  - {image_dimension: [640, 480], distortion_type: equidistant, distortion_coefficients: [-0.03, 0, 0, 0],
+     focal_length: [525, 525], principal_point: [319.5, 239.5]}
+""", """cam0: {camera_model: eucm, intrinsics: [0.6, 1.1, 350, 351, 319.5, 239.5], distortion_model: none, resolution: [640, 480]}
+""", """K: [600, 0, 319.5, 0, 601, 239.5, 0, 0, 1]
+D: [0.3, -0.1, 5e-4, -3e-4, 0.02, 0.45, -0.05, 0.01]
+""", "P0: 600 0 319.5 0 0 601 239.5 0 0 0 1 0\nTr: 1 0\n"],
+    1: ['{"camera_model": "OPENCV", "fl_x": 500, "fl_y": 500, "cx": 320, "cy": 240, "w": 640, "h": 480, "k1": 0}',
+        '{"w": 640, "h": 480, "K": [600,0,0,0,601,0,319.5,239.5,1]}'],
     2: ["# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n1 OPENCV 640 480 525 525 320 240 0 0 0 0\n"
-        "2 SIMPLE_RADIAL_FISHEYE 320 240 300 160 120 0.1\n"],
+        "2 SIMPLE_RADIAL_FISHEYE 320 240 300 160 120 0.1\n",
+        "1 THIN_PRISM_FISHEYE 640 480 600 601 320 240 0.02 -0.01 1e-5 -1e-5 0.003 -0.001 1e-5 1e-5\n",
+        "600 601 319.5 239.5 0.3 -0.1 5e-4 -3e-4 0.02 0.45 -0.05 0.01\n", "600,0,319.5\n0,601,239.5\n0,0,1\n"],
+    3: ["""<?xml version="1.0"?>
+<opencv_storage><image_width>640</image_width><image_height>480</image_height>
+<camera_matrix type_id="opencv-matrix"><rows>3</rows><cols>3</cols><dt>d</dt><data>600. 0. 319.5 0. 601. 239.5 0. 0. 1.</data></camera_matrix>
+</opencv_storage>
+"""],
 }
 DETECTIONS = [
     [{"file_name": "000000.jpg", "detections": [
@@ -41,6 +70,7 @@ DETECTIONS = [
     [{"image_id": "7.png", "category_id": 1, "score": 0.5, "bbox": [1, 2, 3, 4]}],
     {"images": [{"id": 7, "file_name": "7.png"}], "categories": [{"id": 1, "name": "cup"}],
      "annotations": [{"image_id": 7, "category_id": 1, "bbox": [1, 2, 3, 4]}]},
+    [{"image_id": 1, "file_name": "clip_1.jpg", "category_id": 90, "score": 0.5, "bbox": [1, 2, 3, 4]}],
 ]
 SETTINGS = ["features:\n  count: 500\n  resolution: 320\nobjects:\n  min_score: 0.4\n", "features.count=200"]
 CLASSES = ["names: {0: person, 100: head, 101: statue}\nparts: {head: statue}\nmovable: [person]\n",
@@ -149,7 +179,11 @@ def seeds():
         "detections": [json.dumps(d).encode() for d in DETECTIONS],
         "calibration": [bytes([kind]) + text.encode() for kind, texts in CAMERAS.items() for text in texts],
         "imu": [b"#timestamp [ns],w_x,w_y,w_z\n1000000000,0.1,-2,3e-1,9.8\n1005000000,0,0,0\n", b"T_BS: [0, 0, 1, 0, -1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 1]\n"],
-        "trajectory": [b"# time x y z qx qy qz qw\n0.5 1 2 3 0 0 0 1\n1.5 1 2 3 0 0 1 0 0.9\n"],
+        "list": [b"# time path\n0.5 rgb/a.png\n0.6,rgb/b.png\n", b"1500000000.1.png\n1500000000.033333.png\n",
+                 b"0.5 rgb/a.png 0.5 depth/a.png\n", b"#timestamp [ns],filename\n1403636579763555584,a.png\n"],
+        "trajectory": [b"# time x y z qx qy qz qw\n0.5 1 2 3 0 0 0 1\n1.5 1 2 3 0 0 1 0 0.9\n",
+                       b"#timestamp [ns],p_x,p_y,p_z,q_w,q_x,q_y,q_z\n1403636579763555584,1,2,3,1,0,0,0\n",
+                       b"1 0 0 1 0 1 0 2 0 0 1 3\n", b"\xff\xfe0\0 \0" + "1 2 3 0 0 0 1\n".encode("utf-16-le")],
         "settings": [text.encode() for text in SETTINGS],
         "classes": [text.encode() for text in CLASSES],
         "gravity": [b"# time gx gy gz\n0 0 9.8 0\n0.5 0.1 9.8 0\n1,0,9.8,1\n"],

@@ -24,6 +24,21 @@ ErrorStatistics StatisticsOf(std::vector<double> errors) {
   return s;
 }
 
+namespace {
+
+// Why there are no pairs, or nearly none: most often another unit or another beginning of the
+// times.
+std::string DescribeTimes(const std::vector<StampedPose>& reference,
+                          const std::vector<StampedPose>& estimate) {
+  if (reference.empty() || estimate.empty()) return "";
+  return fmt::format(
+      "; its times are {:.2f} to {:.2f} s, those of the ground truth {:.2f} to {:.2f} s",
+      estimate.front().timestamp, estimate.back().timestamp, reference.front().timestamp,
+      reference.back().timestamp);
+}
+
+}  // namespace
+
 TrajectoryReport EvaluateTrajectory(const std::vector<StampedPose>& reference_poses,
                                     const std::vector<StampedPose>& estimated_poses,
                                     AlignMode mode) {
@@ -33,13 +48,14 @@ TrajectoryReport EvaluateTrajectory(const std::vector<StampedPose>& reference_po
   TrajectoryReport report;
   report.pairs = pairs.size();
   if (pairs.empty()) {
-    report.why_not = fmt::format("no pose within {} s of the ground truth", kMaxTimeDifference);
+    report.why_not = fmt::format("no pose within {} s of the ground truth{}", kMaxTimeDifference,
+                                 DescribeTimes(reference, estimate));
     return report;
   }
   const auto alignment = AlignPositions(reference, estimate, pairs, mode);
   if (!alignment) {
-    report.why_not =
-        fmt::format("{} poses with ground truth do not determine an alignment", pairs.size());
+    report.why_not = fmt::format("{} of {} poses with ground truth do not determine an alignment{}",
+                                 pairs.size(), estimate.size(), DescribeTimes(reference, estimate));
     return report;
   }
   std::vector<double> position, rotation;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -10,6 +11,7 @@
 #include "oaslam/formats/camera_formats.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/util/log.h"
 
 namespace oaslam {
 namespace {
@@ -42,6 +44,32 @@ void CheckRange(const std::string& path, const char* key, double value, double m
         fmt::format("{}: {}: {}, allowed: {:.6g} to {:.6g}", path, key, value, min, max));
 }
 
+void CheckFocalLength(const std::string& path, const char* key, double value, double longest) {
+  // Of millimetres, and of a share of the width.
+  constexpr double kMostMillimetres = 25;
+  if (value > 0 && value < std::min(kMostMillimetres, 0.04 * longest))
+    throw InputError(fmt::format(
+        "{}: {}: {}, expected pixels; {}", path, key, value,
+        value < 5 ? "a share of the image's width is to be multiplied by the width, millimetres by "
+                    "width / width of the sensor"
+                  : "millimetres are to be multiplied by width / width of the sensor"));
+  // Fields of view from 170 degrees down to about half a degree.
+  CheckRange(path, key, value, 0.04 * longest, 100 * longest);
+}
+
+// Calibrations of other images, whose size was changed by hand, have their principal point aside.
+void WarnOfPrincipalPoint(const std::string& path, const Camera& camera) {
+  constexpr double kMost = 0.2;  // of the side: cropped images, too, are rarely farther aside
+  if (std::abs(camera.cx / camera.width - 0.5) > kMost ||
+      std::abs(camera.cy / camera.height - 0.5) > kMost)
+    Log(LogLevel::kWarning,
+        fmt::format(
+            "{}: the principal point {:.0f} {:.0f} is far from the middle of images of {} x "
+            "{}: is it the calibration of other images, about {:.0f} x {:.0f}?",
+            path, camera.cx, camera.cy, camera.width, camera.height, 2 * camera.cx + 1,
+            2 * camera.cy + 1));
+}
+
 }  // namespace
 
 void CheckCalibration(const Camera& camera, const std::string& path) {
@@ -49,9 +77,8 @@ void CheckCalibration(const Camera& camera, const std::string& path) {
   // From a thumbnail to the largest panorama.
   CheckRange(path, "image width", camera.width, 16, 100000);
   CheckRange(path, "image height", camera.height, 16, 100000);
-  // Focal lengths for fields of view from 170 degrees down to about half a degree.
-  CheckRange(path, "focal length fx", camera.fx, 0.04 * longest, 100 * longest);
-  CheckRange(path, "focal length fy", camera.fy, 0.04 * longest, 100 * longest);
+  CheckFocalLength(path, "focal length fx", camera.fx, longest);
+  CheckFocalLength(path, "focal length fy", camera.fy, longest);
   CheckRange(path, "principal point cx", camera.cx, 0, camera.width);
   CheckRange(path, "principal point cy", camera.cy, 0, camera.height);
   // Those of narrow lenses are large, since they are of high powers of small radii.
@@ -73,6 +100,7 @@ Camera LoadCamera(const std::string& spec, const cv::Size& image_size) {
       (camera.width != image_size.width || camera.height != image_size.height))
     throw InputError(fmt::format("{}: is for images of {} x {}, but they are {} x {}", spec,
                                  camera.width, camera.height, image_size.width, image_size.height));
+  WarnOfPrincipalPoint(spec, camera);
   return camera;
 }
 

@@ -4,6 +4,7 @@
 #include "expect_input_error.h"
 #include "oaslam/camera_file.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/log.h"
 #include "temp_folder.h"
 
 namespace oaslam {
@@ -144,6 +145,24 @@ const Kind kKinds[] = {
      "600,0,639.5\n0,601,359.5\n0,0,1\n",
      kPinhole,
      {939.5, 179.2}},
+    {"Python's json.dump of OpenCV's results",
+     "calib.json",
+     "{\"mtx\": [[600, 0, 639.5],\n\t[0, 601, 359.5], [0, 0, 1]], \"dist\": [[0.3, -0.1, 5e-4, "
+     "-3e-4, 0.02, 0.45, -0.05, 0.01]], \"rms\": 0.2}",
+     kPinhole,
+     {924.519, 188.269}},
+    {"the same by yaml.dump",
+     "calib.yaml",
+     "camera_matrix:\n- [600, 0, 639.5]\n- [0, 601, 359.5]\n- [0, 0, 1]\ndist_coeff:\n- [0.3, "
+     "-0.1, 5e-4, -3e-4, 0.02, 0.45, -0.05, 0.01]\n",
+     kPinhole,
+     {924.519, 188.269}},
+    {"OpenCV's JSON",
+     "calib.json",
+     "{\"camera_matrix\": {\"type_id\": \"opencv-matrix\", \"rows\": 3, \"cols\": 3, \"dt\": "
+     "\"d\", \"data\": [600.0, 0, 639.5, 0, 601, 359.5, 0, 0, 1.0]}}",
+     kPinhole,
+     {939.5, 179.2}},
     {"Record3D",
      "metadata",
      "{\"w\": 1280, \"h\": 720, \"K\": [600,0,0,0,601,0,639.5,359.5,1]}",
@@ -213,6 +232,36 @@ TEST(CameraKinds, WhatIsNotUnderstoodIsNamed) {
     EXPECT_THAT(error, HasSubstr("bad.yaml")) << text;
     for (const std::string& word : words) EXPECT_THAT(error, HasSubstr(word)) << text;
   }
+}
+
+// What people wrote in place of focal lengths in pixels, and files of no known kind.
+TEST(CameraKinds, UnitsAndKindsThatAreNotKnownAreExplained) {
+  const TempFolder folder;
+  const std::pair<const char*, const char*> files[] = {
+      {"3.637 3.638 320 240\n", "expected pixels"},
+      {"16.5 16.5 320 240\n", "millimetres"},
+      {"0.82 1.09 0.5 0.5\n", "share of the image's width"},
+      {"0.82 1.09 0.5 0.5 0\n640 480\ncrop\n640 480\n", "not a calibration"},
+      {"a: \x01 \x1f\n", "not a calibration"},
+      {"", "not a calibration"}};
+  for (const auto& [text, word] : files)
+    EXPECT_THAT(InputErrorOf([&, text = text] {
+                  LoadCamera(folder.Write("c.txt", text), {640, 480});
+                }),
+                AllOf(HasSubstr("c.txt"), HasSubstr(word)))
+        << text;
+}
+
+TEST(CameraKinds, APrincipalPointFarAsideIsSaid) {
+  const TempFolder folder;
+  std::string said;
+  SetLogSink([&](LogLevel, const std::string& message) { said += message; });
+  LoadCamera(folder.Write("c.txt", "525 525 319.5 239.5\n"), {640, 480});
+  EXPECT_EQ(said, "");
+  LoadCamera(folder.Write("c.txt", "525 525 319.5 239.5\n"), {1280, 960});
+  SetLogSink({});
+  EXPECT_THAT(said,
+              AllOf(HasSubstr("320 240"), HasSubstr("1280 x 960"), HasSubstr("about 640 x 480")));
 }
 
 TEST(CameraKinds, SizesOfAllSpellingsAreCompared) {

@@ -26,5 +26,27 @@ TEST(CameraMask, IsRelativeToTheCalibration) {
               AllOf(HasSubstr("d.yaml"), HasSubstr("mask"), HasSubstr("path of an image")));
 }
 
+TEST(CameraMask, IsFoundInEachKindOfFile) {
+  const TempFolder folder;
+  const std::pair<const char*, const char*> files[] = {
+      {"orb.yaml", "%YAML:1.0\nCamera.fx: 500\nCamera.mask: m.png\n"},
+      {"stella.yaml", "Camera:\n  fx: 500\n  mask: m.png\n"},
+      {"okvis.yml", "cameras:\n  - {T_SC: [1], mask: m.png}\n"},
+      {"transforms.json", "{\"fl_x\": 500, \"mask\": \"m.png\"}"},
+      {"opencv.xml", "<?xml version=\"1.0\"?><opencv_storage><mask>m.png</mask></opencv_storage>"},
+      {"calib.txt", "mask: m.png\nP0: 1\n"},
+  };
+  for (const auto& [name, text] : files)
+    EXPECT_EQ(MaskOfCalibration(folder.Write(name, text)), folder / "m.png") << name;
+}
+
+// What they are is said by LoadCamera.
+TEST(CameraMask, FilesThatAreNoMappingHaveNone) {
+  const TempFolder folder;
+  for (const char* text : {"525 525 319.5 239.5\n", "600,0,639.5\n0,601,359.5\n0,0,1\n", "- a\n",
+                           "1 PINHOLE 640 480 525 525 320 240\n", "a: [\n", ""})
+    EXPECT_EQ(MaskOfCalibration(folder.Write("c.yaml", text)), "") << text;
+}
+
 }  // namespace
 }  // namespace oaslam

@@ -232,11 +232,18 @@ std::vector<ImageDetections> ReadOwn(const Json& root, const std::string& path) 
 
 using ImageList = std::map<int64_t, std::string>;
 
+const Json& ListOf(const Json& root, const char* key, const std::string& path) {
+  const Place place{path, "file"};
+  const Json& list = place.Member(root, key);
+  if (!list.is_array()) place.Refuse(fmt::format("{}: {}, expected a list", key, JsonText(list)));
+  return list;
+}
+
 // [{"id": 1, "name": "person"}]; empty where there are none.
 ClassNames ReadCategories(const Json& root, const std::string& path) {
   ClassNames names;
   if (!root.is_object() || !root.contains("categories")) return names;
-  const Json& categories = root["categories"];
+  const Json& categories = ListOf(root, "categories", path);
   for (size_t i = 0; i < categories.size(); ++i) {
     const Place place{path, fmt::format("categories[{}]", i)};
     const Json& name = place.Member(categories[i], "name");
@@ -262,31 +269,28 @@ ImageList ReadImageList(const Json& images, const std::string& path) {
 
 // COCO results name images by number; the list {"images": [{"id", "file_name"}]}, perhaps with
 // "categories", is in another file beside them.
-ImageList FindImageList(const std::string& path, ClassNames& categories) {
+std::optional<ImageList> FindImageList(const std::string& path, ClassNames& categories) {
   const std::filesystem::path file(path);
   for (const auto& name : {file.stem().string() + ".images.json", std::string("images.json")}) {
     const std::string candidate = (file.parent_path() / name).string();
     if (!std::filesystem::exists(candidate)) continue;
     const Json root = ParseJson(candidate);
     categories = ReadCategories(root, candidate);
-    return ReadImageList(
-        root.is_object() ? Place{candidate, "image list"}.Member(root, "images") : root, candidate);
+    return ReadImageList(root.is_array() ? root : ListOf(root, "images", candidate), candidate);
   }
-  throw InputError(
-      fmt::format("{}: names images by number; put their list {{\"images\": [{{\"id\", "
-                  "\"file_name\"}}]}} beside it as {}.images.json",
-                  path, file.stem().string()));
+  return std::nullopt;
 }
 
 // The name of the image of a result: "file_name", as Ultralytics writes it, "image_id", or what the
-// list says of that number.
+// list says of that number; the number itself where there is no list.
 std::string NameOfImage(const Json& result, const std::optional<ImageList>& list,
                         const Place& place) {
   const Json& id = place.Member(result, "image_id");
   if (result.contains("file_name") && result["file_name"].is_string())
     return result["file_name"].get<std::string>();
   if (id.is_string()) return id.get<std::string>();
-  if (!id.is_number_integer() || !list || !list->contains(id.get<int64_t>()))
+  if (id.is_number_integer() && !list) return std::to_string(id.get<int64_t>());
+  if (!id.is_number_integer() || !list->contains(id.get<int64_t>()))
     place.Refuse(fmt::format("image_id: {} is not in the image list", JsonText(id)));
   return list->at(id.get<int64_t>());
 }
@@ -304,8 +308,10 @@ DetectionFile ReadCoco(const Json& results, std::optional<ImageList> list, Class
     return r.is_object() && r.contains("image_id") && r["image_id"].is_number_integer() &&
            !(r.contains("file_name") && r["file_name"].is_string());
   };
-  if (!list && std::any_of(results.begin(), results.end(), is_numbered))
+  if (!list && std::any_of(results.begin(), results.end(), is_numbered)) {
     list = FindImageList(path, file.categories);
+    file.has_numbers_for_names = !list;
+  }
   if (list)
     for (const auto& [id, name] : *list) image_of(name);
   LeftOut left_out;
@@ -330,11 +336,8 @@ DetectionFile ReadCoco(const Json& results, std::optional<ImageList> list, Class
 
 DetectionFile ReadAny(const Json& root, const std::string& path) {
   if (root.is_object()) {
-    const Place place{path, "file"};
-    const ImageList list = ReadImageList(place.Member(root, "images"), path);
-    const Json& annotations = place.Member(root, "annotations");
-    if (!annotations.is_array()) place.Refuse("annotations: expected a list");
-    return ReadCoco(annotations, list, ReadCategories(root, path), path);
+    const ImageList list = ReadImageList(ListOf(root, "images", path), path);
+    return ReadCoco(ListOf(root, "annotations", path), list, ReadCategories(root, path), path);
   }
   if (!root.is_array())
     throw InputError(fmt::format("{}: expected a list of images with detections", path));
@@ -393,8 +396,18 @@ DetectionFile ReadDetectionFile(const std::string& path) {
   return file;
 }
 
+void CheckNames(const DetectionFile& file, const std::string& path) {
+  if (file.has_numbers_for_names)
+    throw InputError(
+        fmt::format("{}: names images by number; put their list {{\"images\": [{{\"id\", "
+                    "\"file_name\"}}]}} beside it as {}.images.json",
+                    path, std::filesystem::path(path).stem().string()));
+}
+
 DetectionTable LoadDetections(const std::string& path) {
-  return DetectionTable(ReadDetectionFile(path).images);
+  DetectionFile file = ReadDetectionFile(path);
+  CheckNames(file, path);
+  return DetectionTable(std::move(file.images));
 }
 
 void SaveDetections(const std::string& path, const std::vector<ImageDetections>& images) {

@@ -144,6 +144,17 @@ TEST(DetectionFile, Coco) {
       AllOf(HasSubstr("entry 0 (a/img.jpg)"), HasSubstr("bbox")));
 }
 
+TEST(DetectionFile, WhatIsNoListIsNamed) {
+  const TempFolder folder;
+  const char* files[][2] = {
+      {R"({"images": [], "annotations": [], "categories": {"0": "cup"}})", "categories"},
+      {R"({"images": {"id": 1}, "annotations": []})", "images"},
+      {R"({"images": [], "annotations": {"id": 1}})", "annotations"}};
+  for (const auto& [text, key] : files)
+    EXPECT_THAT(InputErrorOf([&, text = text] { LoadDetections(folder.Write("d.json", text)); }),
+                AllOf(HasSubstr("d.json"), HasSubstr(key), HasSubstr("expected a list")));
+}
+
 TEST(DetectionFile, UltralyticsPredictions) {
   const TempFolder folder;
   const DetectionTable table = LoadDetections(folder.Write("predictions.json", R"([

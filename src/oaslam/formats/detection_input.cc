@@ -12,6 +12,7 @@
 
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/formats/unicode.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -135,6 +136,26 @@ bool IsMatched(const std::string& image, const std::map<std::string, int>& names
   return true;
 }
 
+// Gives entries whose names are those of images but for their normal form the names of these.
+DetectionTable InFormOf(const std::vector<std::string>& images, const DetectionTable& detections) {
+  std::map<std::string, std::set<std::string>> spellings;  // of stems
+  for (const std::string& image : images) {
+    const std::string stem = WithoutExtension(BaseName(image));
+    spellings[Composed(stem)].insert(stem);
+  }
+  std::vector<ImageDetections> renamed = detections.images();
+  bool is_new = false;
+  for (ImageDetections& image : renamed) {
+    const std::string stem = WithoutExtension(BaseName(image.file_name));
+    const auto found = spellings.find(Composed(stem));
+    if (found == spellings.end() || found->second.size() > 1 || found->second.contains(stem))
+      continue;
+    image.file_name = *found->second.begin();
+    is_new = true;
+  }
+  return is_new ? DetectionTable(std::move(renamed)) : detections;
+}
+
 }  // namespace
 
 CocoNumbers NumbersOf(const std::vector<ImageDetections>& images) {
@@ -161,9 +182,10 @@ bool RenumberByName(const ClassNames& names, const ClassNames& wanted,
   return true;
 }
 
-DetectionTable MatchedToImages(const DetectionTable& detections,
-                               const std::vector<std::string>& images, const std::string& path) {
-  if (detections.images().empty() || images.empty()) return detections;
+DetectionTable MatchedToImages(const DetectionTable& given, const std::vector<std::string>& images,
+                               const std::string& path) {
+  if (given.images().empty() || images.empty()) return given;
+  const DetectionTable detections = InFormOf(images, given);
   std::vector<std::string> names;
   std::map<std::string, int> by_name, by_stem;
   for (const ImageDetections& image : detections.images()) {

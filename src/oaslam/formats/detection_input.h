@@ -13,10 +13,14 @@ struct DetectionFile {
   std::vector<ImageDetections> images;
   ClassNames categories{};  // the names that COCO's "categories" give; empty: there are none
   bool is_coco = false;     // COCO results; else OA-SLAM's own form
+  // Images are numbers, of which no list tells the names: MatchedToImages may know them.
+  bool has_numbers_for_names = false;
 };
 
 // Reads what LoadDetections reads, whose doubts it logs. Throws InputError.
 DetectionFile ReadDetectionFile(const std::string& path);
+// For use without images: throws InputError where only these could tell the names.
+void CheckNames(const DetectionFile& file, const std::string& path);
 
 // How the 80 classes of COCO are numbered.
 enum class CocoNumbers {

@@ -48,6 +48,21 @@ TEST(MatchedToImages, NamesThatFitStay) {
   EXPECT_THAT(Match({"a.jpg"}, {}).images(), SizeIs(1));  // a camera: names are not known before
 }
 
+TEST(MatchedToImages, InEitherNormalForm) {
+  const std::string composed = "Küche", decomposed =
+                                            "Ku\xCC\x88"
+                                            "che";
+  for (const auto& [name, image] :
+       {std::pair(composed, decomposed), std::pair(decomposed, composed)})
+    EXPECT_EQ(
+        CategoryAt(Match({"a.jpg", name + ".jpg"}, {"a.png", image + ".png"}), image + ".png"), 1);
+  // Two images whose names are one name: neither is taken for the other.
+  const DetectionTable both =
+      Match({composed + ".png", decomposed + ".png"}, {composed, decomposed});
+  EXPECT_EQ(CategoryAt(both, composed), 0);
+  EXPECT_EQ(CategoryAt(both, decomposed), 1);
+}
+
 TEST(MatchedToImages, ByNumber) {
   EXPECT_EQ(CategoryAt(Match({"clip_0.jpg", "clip_3.jpg"}, Video(5)), "000003"), 1);
   EXPECT_EQ(CategoryAt(Match({"0000.jpg", "0003.jpg"}, Video(5)), "000003"), 1);
@@ -70,6 +85,17 @@ TEST(MatchedToImages, CountedFromOne) {
   }
   // A video that has further images.
   EXPECT_EQ(CategoryAt(Match(plain, Video(20)), "000001"), 0);
+}
+
+// As detectors write them that know images by their index.
+TEST(MatchedToImages, NumbersOfCocoResultsWithoutAList) {
+  const TempFolder folder;
+  const std::string path = folder.Write(
+      "r.json", R"([{"image_id": 3, "category_id": 7, "bbox": [1, 2, 5, 6], "score": 0.5}])");
+  const DetectionFile file = ReadDetectionFile(path);
+  EXPECT_TRUE(file.has_numbers_for_names);
+  EXPECT_EQ(CategoryAt(MatchedToImages(DetectionTable(file.images), Video(5), path), "000003"), 7);
+  EXPECT_THAT(InputErrorOf([&] { CheckNames(file, path); }), HasSubstr("r.images.json"));
 }
 
 TEST(MatchedToImages, WhatDoesNotFitIsRefusedWithTwoExamples) {

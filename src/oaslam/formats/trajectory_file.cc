@@ -113,21 +113,51 @@ std::vector<StampedPose> ReadKitti(const Table& table) {
   return poses;
 }
 
-// Whether the quaternion begins with w: by the header, or in a file with commas and nanoseconds,
-// which is EuRoC's.
-bool BeginsWithW(const Table& table, bool is_ns) {
+// The name of a column, in lower case, without prefix and unit: "q_RS_w []" is "w".
+std::string_view ColumnName(std::string_view name) {
+  name = name.substr(0, name.find_first_of(" ["));
+  if (name.starts_with('#')) name = Trim(name.substr(1));
+  for (const char* prefix : {"p_rs_r_", "q_rs_", "p_", "q_", "t", "q"})
+    if (const std::string_view start(prefix); name.starts_with(start)) {
+      const std::string_view rest = name.substr(start.size());
+      if (rest == "x" || rest == "y" || rest == "z" || rest == "w") return rest;
+    }
+  return name;
+}
+
+// The columns of time, position, and quaternion (x, y, z, w), counted from 0.
+using Columns = std::array<size_t, 8>;
+constexpr Columns kTumColumns = {0, 1, 2, 3, 4, 5, 6, 7}, kEurocColumns = {0, 1, 2, 3, 5, 6, 7, 4};
+
+// By a header with commas: three numbers and four, somewhere, of which the first are a position.
+std::optional<Columns> ColumnsOfHeader(const Table& table) {
   const std::vector<std::string_view> names = SplitCommas(table.header);
-  const auto is_w = [&](size_t i) {
-    const std::string_view name = names[i].substr(0, names[i].find_first_of(" ["));
-    return name.ends_with("_w") || name.ends_with("qw");
-  };
-  if (table.has_commas && names.size() >= 8 && (is_w(4) || is_w(7))) return is_w(4);
-  if (table.has_commas && !is_ns)
-    throw InputError(
-        fmt::format("{}: has commas, and no header that tells the order of its quaternions: give "
-                    "\"timestamp tx ty tz qx qy qz qw\" with blanks",
-                    table.path));
-  return table.has_commas;
+  Columns columns{};
+  std::array<std::vector<size_t>, 4> found;
+  constexpr std::string_view kAxes = "xyzw";
+  for (size_t i = 1; i < names.size(); ++i)
+    if (const std::string_view name = ColumnName(names[i]); name.size() == 1)
+      if (const size_t axis = kAxes.find(name); axis != std::string_view::npos)
+        found[axis].push_back(i);
+  for (size_t axis = 0; axis < 3; ++axis) {
+    if (found[axis].size() < 2) return std::nullopt;
+    columns[1 + axis] = found[axis][0];
+    columns[4 + axis] = found[axis][1];
+  }
+  if (found[3].empty()) return std::nullopt;
+  columns[7] = found[3][0];
+  return columns;
+}
+
+// In files with commas a header tells them; those in nanoseconds without one are EuRoC's.
+Columns ColumnsOf(const Table& table, bool is_ns) {
+  if (!table.has_commas) return kTumColumns;
+  if (const auto columns = ColumnsOfHeader(table)) return *columns;
+  if (is_ns) return kEurocColumns;
+  throw InputError(
+      fmt::format("{}: has commas, and no header that tells the order of its quaternions: give "
+                  "\"timestamp tx ty tz qx qy qz qw\" with blanks",
+                  table.path));
 }
 
 // The unit of the times: seconds, or that in which they are dates.
@@ -180,11 +210,13 @@ std::vector<StampedPose> LoadTrajectory(const std::string& path) {
                     table.rows.front().line, numbers));
   } else {
     const double unit = UnitOfTimes(table);
-    const bool begins_with_w = BeginsWithW(table, unit == 1e-9);
+    const Columns columns = ColumnsOf(table, unit == 1e-9);
     for (const Row& row : table.rows) {
-      std::vector<double> values = table.Numbers(row, 8);
+      const std::vector<double> numbers =
+          table.Numbers(row, *std::ranges::max_element(columns) + 1);
+      std::vector<double> values;
+      for (const size_t column : columns) values.push_back(numbers[column]);
       values[0] *= unit;
-      if (begins_with_w) std::rotate(values.begin() + 4, values.begin() + 5, values.end());
       poses.push_back(PoseOf(values, table, row));
     }
   }

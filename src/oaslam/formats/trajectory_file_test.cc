@@ -81,6 +81,22 @@ TEST(TrajectoryFile, EurocGroundTruth) {
       AllOf(HasSubstr("d.csv"), HasSubstr("order of its quaternions")));
 }
 
+TEST(TrajectoryFile, AHeaderTellsTheColumns) {
+  const TempFolder folder;
+  // The first is Stray Scanner's.
+  for (const char* text :
+       {"timestamp, frame, x, y, z, qx, qy, qz, qw\n0.5, 000000, 1, 2, 3, 0.6, 0, 0, 0.8\n",
+        "time,tx,ty,tz,qw,qx,qy,qz\n0.5,1,2,3,0.8,0.6,0,0\n"}) {
+    const auto poses = LoadTrajectory(folder.Write("odometry.csv", text));
+    ASSERT_THAT(poses, SizeIs(1)) << text;
+    EXPECT_EQ(poses[0].world_from_cam.translation, Eigen::Vector3d(1, 2, 3)) << text;
+    EXPECT_NEAR(poses[0].world_from_cam.rotation.x(), 0.6, 1e-12) << text;
+  }
+  EXPECT_THAT(
+      InputErrorOf([&] { LoadTrajectory(folder.Write("a.csv", "t,a,b\n0.5,1,2,3,0,0,0,1\n")); }),
+      HasSubstr("order of its quaternions"));
+}
+
 TEST(TrajectoryFile, TimesInNanosecondsInTumsLayout) {
   const TempFolder folder;
   const auto poses =

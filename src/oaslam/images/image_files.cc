@@ -131,4 +131,24 @@ std::vector<std::string> ImageNames(const std::string& folder) {
   return names;
 }
 
+std::string FolderOfImagesBelow(const std::string& folder) {
+  constexpr int kDeepest = 1;
+  std::error_code error;
+  std::string first;
+  fs::recursive_directory_iterator entry(folder, fs::directory_options::skip_permission_denied,
+                                         error);
+  for (const fs::recursive_directory_iterator end; !error && entry != end; entry.increment(error)) {
+    if (entry->is_directory(error)) {
+      if (entry.depth() > kDeepest) entry.disable_recursion_pending();
+      continue;
+    }
+    const fs::path& path = entry->path();
+    const std::string parent = path.parent_path().string();
+    if ((first.empty() || parent < first) && HasImageExtension(path.string()) &&
+        !IsHelperFile(path.filename().string()))
+      first = parent;
+  }
+  return first;
+}
+
 }  // namespace oaslam

@@ -34,6 +34,10 @@ inline constexpr double kDefaultFps = 30;
 // "2.png" before "10.png": runs of digits compare as numbers.
 bool NaturalLess(const std::string& a, const std::string& b);
 
+// A folder below this one, the first of their names, at most two levels deep, that has images;
+// empty where there is none.
+std::string FolderOfImagesBelow(const std::string& folder);
+
 // The images of a folder, in natural order. Helper files and files that are no images, whatever
 // their names, are not among them; damaged and empty ones are. Throws InputError when it cannot be
 // read.

@@ -10,6 +10,7 @@
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/time_unit.h"
+#include "oaslam/formats/unicode.h"
 #include "oaslam/images/camera_source.h"
 #include "oaslam/images/dataset.h"
 #include "oaslam/images/image_files.h"
@@ -17,6 +18,7 @@
 #include "oaslam/images/video_container.h"
 #include "oaslam/images/video_source.h"
 #include "oaslam/util/log.h"
+#include "oaslam/util/lower.h"
 
 namespace oaslam {
 namespace {
@@ -29,12 +31,23 @@ struct ListLine {
   std::string_view path;  // empty: the line is not understood
 };
 
-// "timestamp path", "timestamp,path" or "path". Of an association (of TUM's tools) "timestamp path
-// timestamp path" the image that is no depth image.
+// "path", or "path timestamp" and "path,timestamp".
+ListLine ParsePathFirst(std::string_view line) {
+  const size_t blank = line.find_last_of(" \t,");
+  if (blank == std::string_view::npos) return {std::nullopt, line};
+  const std::optional<double> time = ParseNumber(line.substr(blank + 1));
+  std::string_view path = Trim(line.substr(0, blank));
+  if (path.ends_with(',')) path.remove_suffix(1);
+  if (!time || !HasImageExtension(std::string(path))) return {std::nullopt, line};
+  return {time, path};
+}
+
+// "timestamp path", "timestamp,path", "path" or "path timestamp". Of an association (of TUM's
+// tools) "timestamp path timestamp path" the image that is no depth image.
 ListLine ParseLine(std::string_view line) {
   const std::string_view first = line.substr(0, line.find_first_of(" \t,"));
   const std::optional<double> time = ParseNumber(first);
-  if (!time) return {std::nullopt, line};
+  if (!time) return ParsePathFirst(line);
   std::string_view rest = Trim(line.substr(first.size()));
   if (rest.starts_with(',')) rest = Trim(rest.substr(1));
   const auto fields = SplitFields(rest);
@@ -44,6 +57,13 @@ ListLine ParseLine(std::string_view line) {
   if (!second) return {time, rest};
   const bool is_second = fields[0].find("depth") != std::string_view::npos;
   return is_second ? ListLine{second, fields[2]} : ListLine{time, fields[0]};
+}
+
+// Whether a first line names columns.
+bool IsHeader(const ListLine& line) {
+  const std::string lower = Lower(line.path);
+  return !line.time && !HasImageExtension(lower) && lower.find(',') != std::string::npos &&
+         lower.find("time") != std::string::npos;
 }
 
 // The folder to which the paths of a list refer.
@@ -58,7 +78,8 @@ fs::path FolderOfList(const std::string& path) {
 std::string PathOfLine(const fs::path& folder, std::string_view path) {
   std::error_code error;
   const fs::path beside = folder / path, in_data = folder / "data" / path;
-  return (!fs::exists(beside, error) && fs::exists(in_data, error) ? in_data : beside).string();
+  if (!fs::exists(beside, error) && fs::exists(in_data, error)) return in_data.string();
+  return FileInEitherForm(beside.string());
 }
 
 void CheckSteps(const std::vector<ListedImage>& images, const std::string& source) {
@@ -83,6 +104,16 @@ bool IsText(const std::string& path) {
   std::array<char, 1 << 16> head{};  // enough to tell text from binary data
   file.read(head.data(), head.size());
   return LooksLikeText({head.data(), static_cast<size_t>(file.gcount())});
+}
+
+// "DIR/%06d.png" and "DIR/*.png" are how other programs name the images of a folder.
+std::string HintForPattern(const std::string& source) {
+  const fs::path path(source), folder = path.parent_path();
+  std::error_code error;
+  if (path.filename().string().find_first_of("%*?") == std::string::npos ||
+      !fs::is_directory(folder, error))
+    return "";
+  return fmt::format("; for the images in a folder give the folder: {}", folder.string());
 }
 
 void CheckPlainFile(const std::string& source) {
@@ -144,9 +175,10 @@ std::vector<ListedImage> ReadList(const std::string& path, const ImageSourceOpti
   for (const std::string_view raw : SplitLines(text)) {
     ++line_number;
     const std::string_view line = Trim(raw);
-    if (line.starts_with('#') && line.find("[ns]") != std::string_view::npos && !unit) unit = 1e-9;
+    if (!with_times && line.find("[ns]") != std::string_view::npos && !unit) unit = 1e-9;
     if (line.empty() || line[0] == '#') continue;
     const ListLine parsed = ParseLine(line);
+    if (!with_times && IsHeader(parsed)) continue;
     if (parsed.path.empty() || (with_times && *with_times != parsed.time.has_value()))
       throw InputError(fmt::format("{}:{}: {}, expected \"{}path\"", path, line_number,
                                    Quoted(line), with_times.value_or(true) ? "timestamp " : ""));
@@ -172,7 +204,8 @@ std::optional<std::vector<ListedImage>> ListAll(const std::string& source,
     if (fs::is_symlink(source, error))
       throw InputError(fmt::format("{}: is a link to {}, which is not there", source,
                                    fs::read_symlink(source, error).string()));
-    throw InputError(fmt::format("{}: there is no such file or folder", source));
+    throw InputError(
+        fmt::format("{}: there is no such file or folder{}", source, HintForPattern(source)));
   }
   if (auto dataset = FindDataset(source, options)) {
     if (!dataset->film.empty()) return std::nullopt;

@@ -82,7 +82,13 @@ std::optional<std::vector<ListedImage>> ListChecked(const std::string& source,
   if (IsCamera(source)) return std::nullopt;
   auto images = ListAll(source, options);
   if (!images) return std::nullopt;
-  if (images->empty()) throw InputError(fmt::format("{}: no images", source));
+  if (images->empty()) {
+    std::error_code error;
+    const std::string below =
+        fs::is_directory(source, error) ? FolderOfImagesBelow(source) : std::string();
+    throw InputError(fmt::format("{}: no images{}", source,
+                                 below.empty() ? "" : "; there are some in " + below));
+  }
   if (options.from >= static_cast<int>(images->size()))
     throw InputError(
         fmt::format("--from {}: {} has {} images", options.from, source, images->size()));

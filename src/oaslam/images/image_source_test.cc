@@ -230,6 +230,38 @@ TEST(ImageSource, ListOfPathsAndRange) {
   EXPECT_THAT(Names(ReadAll(list, {.to = 1})), ElementsAre("x.pgm"));
 }
 
+TEST(ImageSource, ListsWithAHeaderOrThePathFirst) {
+  const TempFolder folder;
+  for (const char* name : {"x 1.pgm", "y.pgm"}) folder.Write(name, Pgm(4, 4, 9));
+  for (const char* text :
+       {"timestamp,filename\n0.5,x 1.pgm\n0.75,y.pgm\n", "x 1.pgm 0.5\r\ny.pgm 0.75\r\n",
+        "x 1.pgm,0.5\ny.pgm, 0.75\n", "Time [ns],image\n500000000,x 1.pgm\n750000000,y.pgm\n"}) {
+    const auto images = ReadAll(folder.Write("list.txt", text));
+    EXPECT_THAT(Names(images), ElementsAre("x 1.pgm", "y.pgm")) << text;
+    ASSERT_EQ(images.size(), 2u);
+    EXPECT_NEAR(images[0].timestamp, 0.5, 1e-9) << text;
+    EXPECT_NEAR(images[1].timestamp, 0.75, 1e-9) << text;
+    EXPECT_FALSE(images[0].image.empty()) << text;
+  }
+}
+
+TEST(ImageSource, WhereTheImagesAreIsSaid) {
+  const TempFolder folder;
+  folder.Write("cam0/data/1.pgm", Pgm(4, 4, 9));
+  folder.Write("cam1/data/1.pgm", Pgm(4, 4, 9));
+  EXPECT_THAT(InputErrorOf([&] { ReadAll(folder.path()); }),
+              AllOf(HasSubstr("no images"), HasSubstr(folder / "cam0/data")));
+  for (const char* pattern : {"cam0/data/%06d.png", "cam0/data/*.png"})
+    EXPECT_THAT(InputErrorOf([&] { ReadAll(folder / pattern); }),
+                AllOf(HasSubstr("no such file"), HasSubstr("give the folder")));
+}
+
+TEST(ImageSource, ListsFindNamesInEitherNormalForm) {
+  const TempFolder folder;
+  folder.Write("u\xCC\x88.pgm", Pgm(4, 4, 9));
+  EXPECT_FALSE(ReadAll(folder.Write("list.txt", "0.5 ü.pgm\n"))[0].image.empty());
+}
+
 TEST(ImageSource, ExifOrientationIsAppliedWhereAskedFor) {
   const TempFolder folder;
   cv::Mat image(48, 64, CV_8UC3, cv::Scalar::all(20));

@@ -40,6 +40,20 @@ Input Open(const std::string& path) {
   return avformat_find_stream_info(context, nullptr) < 0 ? nullptr : std::move(input);
 }
 
+// The sizes of the video streams beside one, as a message says them.
+std::string OtherStreams(const AVFormatContext& input, const AVStream* taken) {
+  std::string sizes;
+  for (unsigned i = 0; i < input.nb_streams; ++i) {
+    const AVStream* stream = input.streams[i];
+    const AVCodecParameters& codec = *stream->codecpar;
+    if (stream == taken || codec.codec_type != AVMEDIA_TYPE_VIDEO ||
+        (stream->disposition & AV_DISPOSITION_ATTACHED_PIC) != 0)
+      continue;
+    sizes += fmt::format("{}{} x {}", sizes.empty() ? "" : ", ", codec.width, codec.height);
+  }
+  return sizes;
+}
+
 // The first video stream, which OpenCV uses, too. It may be a cover picture.
 AVStream* VideoStream(const AVFormatContext& input) {
   for (unsigned i = 0; i < input.nb_streams; ++i)
@@ -180,6 +194,7 @@ VideoContainer ReadVideoContainer(const std::string& path) {
   container.ends_in_time = EndsInTime(packets, *stream);
   container.turn_deg = TurnOf(*stream);
   SetPixelRatio(*input, *stream, container);
+  container.other_streams = OtherStreams(*input, stream);
   return container;
 }
 

@@ -28,6 +28,7 @@ struct VideoContainer {
   double pixel_ratio = 1, odd_pixel_ratio = 1;
   int turn_deg = 0;   // clockwise rotation that makes the stored images upright: 0, 90, 180 or 270
   std::string codec;  // e.g. "hevc"
+  std::string other_streams{};  // sizes of other video streams that are no cover pictures
 };
 
 // Reads the whole file once, without decoding. Throws InputError: no video, or no decoder for it.

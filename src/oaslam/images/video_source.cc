@@ -107,6 +107,11 @@ class VideoSource : public ImageSource {
     if (const double ratio = container_.odd_pixel_ratio; ratio != 1)
       warn(fmt::format("pixels {:.4g} times as wide as high are not believed; taken as square",
                        ratio));
+    if (!container_.other_streams.empty())
+      warn(fmt::format(
+          "has other video streams ({}); the first is taken (ffmpeg -i IN -map 0:v:1 -c "
+          "copy OUT: the second alone)",
+          container_.other_streams));
     if (options_.fps) return;
     if (container_.times.seconds.empty())
       warn(fmt::format(

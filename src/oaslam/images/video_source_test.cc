@@ -103,6 +103,17 @@ TEST(VideoSource, TimesAreThoseStored) {
               Pointwise(DoubleNear(1e-9), RegularTimes(static_cast<int>(times.size()), 10)));
 }
 
+TEST(VideoSource, OtherVideoStreamsAreSaid) {
+  OASLAM_SKIP_WITHOUT_ENCODER("libx264");
+  const TempFolder folder;
+  ASSERT_TRUE(RunFfmpeg(Picture("144x108", 0.2) + Picture("96x64", 0.2) +
+                        "-map 0 -map 1 -c:v libx264 " + folder / "two.mkv"));
+  const Film film = Watch(folder / "two.mkv");
+  EXPECT_EQ(film.sizes.front(), cv::Size(144, 108));
+  EXPECT_THAT(film.warnings, ElementsAre(AllOf(HasSubstr("two.mkv"), HasSubstr("96 x 64"),
+                                               HasSubstr("the first is taken"))));
+}
+
 TEST(VideoSource, PixelsAreMadeSquare) {
   OASLAM_SKIP_WITHOUT_ENCODER("libx264");
   const TempFolder folder;

@@ -1,26 +1,15 @@
 #include "oaslam/service/anchor_edit.h"
 
-#include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "oaslam/error.h"
+#include "oaslam/service/map_store.h"
 
 namespace oaslam {
 namespace {
 
-bool IsUtf8(const std::string& text) {
-  try {
-    nlohmann::json(text).dump();
-    return true;
-  } catch (const nlohmann::json::type_error&) {
-    return false;
-  }
-}
-
 void CheckName(const std::string& name, const std::string& what) {
-  const auto is_control = [](char c) { return (c >= 0 && c < ' ') || c == 127; };
-  if (name.empty() || name.size() > 64 || std::ranges::any_of(name, is_control) || !IsUtf8(name))
+  if (name.size() > 64 || !IsPlainName(name))
     throw InputError("the name of " + what +
                      " has 1 to 64 bytes of UTF-8, none of them a control character");
 }

@@ -30,11 +30,15 @@ CREATE TABLE georeferences(map TEXT PRIMARY KEY, document TEXT) WITHOUT ROWID;
 )sql";
 constexpr int kAnchorColumns = 18;
 
-// A condition on the map. Its name needs no quoting (CheckMapName).
-std::string IsMap(const std::string& map) {
+// The name of a map as SQL has it.
+std::string Sql(const std::string& map) {
   CheckMapName(map);
-  return "map = '" + map + "'";
+  std::string quoted = "'";
+  for (const char c : map) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  return quoted + "'";
 }
+
+std::string IsMap(const std::string& map) { return "map = " + Sql(map); }
 
 bool IsPassing(int error) {
   switch (error & 0xff) {
@@ -105,10 +109,9 @@ void EditFile::Prepare() {
 }
 
 int64_t EditFile::NextVersion(const std::string& map) {
-  IsMap(map);
   return database_
-      .execAndGet("INSERT INTO versions VALUES ('" + map +
-                  "', 1) ON CONFLICT (map) DO UPDATE SET version = version + 1 RETURNING version")
+      .execAndGet("INSERT INTO versions VALUES (" + Sql(map) +
+                  ", 1) ON CONFLICT (map) DO UPDATE SET version = version + 1 RETURNING version")
       .getInt64();
 }
 

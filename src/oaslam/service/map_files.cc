@@ -1,13 +1,18 @@
 #include "oaslam/service/map_files.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 
 #include <cerrno>
 #include <span>
 #include <system_error>
+#include <vector>
 
 #include "oaslam/error.h"
+#include "oaslam/formats/text.h"
+#include "oaslam/util/log.h"
+#include "oaslam/util/printable.h"
 #include "oaslam/util/sha256.h"
 
 namespace oaslam {
@@ -65,6 +70,20 @@ bool IsInside(const fs::path& path, const fs::path& folder) {
   return !relative.empty() && *relative.begin() != "..";
 }
 
+// The names of files and folders that may be maps.
+std::vector<fs::path> FilesOfMaps(const fs::path& folder) {
+  std::error_code error;
+  std::vector<fs::path> files;
+  fs::directory_iterator entries(folder, error);
+  if (error) ThrowUnavailable(folder, error.value());
+  for (; entries != fs::directory_iterator(); entries.increment(error)) {
+    const fs::path name = entries->path().filename();
+    if (name.extension() == ".map" || name.extension() == ".oaslam") files.push_back(name);
+  }
+  if (error) ThrowUnavailable(folder, error.value());
+  return files;
+}
+
 bool IsMapName(const std::string& name) {
   try {
     CheckMapName(name);
@@ -85,6 +104,12 @@ MapFiles::MapFiles(const fs::path& folder) {
     throw InputError(folder.string() +
                      ": must be writable, for the anchors that are edited while maps are served");
   own_ = std::make_shared<PrivateFolder>(folder_ / ".oaslam-serve");
+  for (const fs::path& file : FilesOfMaps(folder_))
+    if (!IsMapName(file.stem()) && !file.string().starts_with('.'))
+      Log(LogLevel::kWarning,
+          fmt::format("{}: is not served: its name has a control character, is not UTF-8, or is "
+                      "longer than 200 bytes",
+                      OnOneLine(Printable((folder_ / file).string()), 1000)));
 }
 
 // The path of the file of a map. A link is followed within the folder only.
@@ -137,20 +162,14 @@ std::optional<StoredMap> MapFiles::Describe(const std::string& map, const fs::pa
 }
 
 std::map<std::string, FileIdentity> MapFiles::Identities() {
-  std::error_code error;
   std::map<std::string, FileIdentity> found;
-  fs::directory_iterator entries(folder_, error);
-  if (error) ThrowUnavailable(folder_, error.value());
-  for (; entries != fs::directory_iterator(); entries.increment(error)) {
-    const fs::path name = entries->path().filename();
-    if (name.extension() != ".map" && name.extension() != ".oaslam") continue;
-    const std::string map = name.stem();
+  for (const fs::path& file : FilesOfMaps(folder_)) {
+    const std::string map = file.stem();
     if (!IsMapName(map)) continue;
     const std::optional<fs::path> path = Locate(map);
     struct stat status;
     if (path && stat(path->c_str(), &status) == 0) found[map] = IdentityOf(status);
   }
-  if (error) ThrowUnavailable(folder_, error.value());
   return found;
 }
 

@@ -48,7 +48,7 @@ TEST(MapFolder, MapsAreFoundByTheNamesOfFiles) {
   folder.Write("d.map", "first");
   folder.Write("d.oaslam", "second");
   folder.Write(".hidden.map", "");
-  folder.Write("not a name.map", "");
+  folder.Write("no\nname.map", "");
   folder.Write("e.txt", "");
   folder.Write("f.oaslam/other.map", "");
   fs::create_directory(folder / "g.map");

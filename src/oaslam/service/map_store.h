@@ -93,7 +93,10 @@ class MapStore {
   virtual void EndWatch() = 0;
 };
 
-// A name of 1 to 64 letters, digits, '.', '_' and '-', the first no '.'. Throws InputError.
+// Whether a name is UTF-8, not empty, without control characters.
+bool IsPlainName(const std::string& name);
+// Throws InputError where a map cannot have this name: 1 to 200 bytes of UTF-8, no '/' and no
+// control character among them, the first no '.'.
 void CheckMapName(const std::string& name);
 
 // The maps of a folder: NAME.map and NAME.oaslam files, and map.oaslam in folders NAME.oaslam as

@@ -1,0 +1,184 @@
+#include "oaslam/formats/camera_reader.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "oaslam/error.h"
+#include "oaslam/formats/text.h"
+#include "oaslam/util/printable.h"
+
+namespace oaslam {
+namespace {
+
+// The numbers of a list, or of a list of rows.
+YAML::Node Flat(const YAML::Node& list) {
+  const auto is_row = [](const YAML::Node& row) { return row.IsSequence(); };
+  if (!list.IsSequence() || list.size() == 0 || !std::all_of(list.begin(), list.end(), is_row))
+    return list;
+  YAML::Node flat(YAML::NodeType::Sequence);
+  for (const YAML::Node& row : list)
+    for (const YAML::Node& value : row) flat.push_back(value);
+  return flat;
+}
+
+// Of OpenCV's FileStorage in XML, which it reads itself.
+YAML::Node NodeOf(const cv::FileNode& file) {
+  YAML::Node node;
+  if (file.isMap())
+    for (const std::string& key : file.keys()) node[key] = NodeOf(file[key]);
+  else if (file.isSeq())
+    for (const cv::FileNode& child : file) node.push_back(NodeOf(child));
+  else if (file.isInt() || file.isReal())
+    node = fmt::format("{:.17g}", static_cast<double>(file));
+  else if (file.isString())
+    node = file.string();
+  return node;
+}
+
+YAML::Node ParseXml(const std::string& text, const std::string& path) {
+  try {
+    const cv::FileStorage storage(
+        text, cv::FileStorage::READ | cv::FileStorage::MEMORY | cv::FileStorage::FORMAT_XML);
+    YAML::Node root = NodeOf(storage.root());
+    if (root.IsMap()) return root;
+  } catch (const cv::Exception&) {
+  }
+  throw InputError(
+      fmt::format("{}: XML, expected that of OpenCV's FileStorage (<opencv_storage>)", path));
+}
+
+// What is nested deeper than any calibration is left out.
+YAML::Node NodeOf(const nlohmann::json& json, int depth = 0) {
+  constexpr int kDeepest = 8;
+  YAML::Node node;
+  if (depth > kDeepest) return node;
+  if (json.is_object()) {
+    node = YAML::Node(YAML::NodeType::Map);
+    for (const auto& [key, value] : json.items())
+      // Poses and paths of images, of which there may be many, are not looked at.
+      node[key] = key == "frames" ? YAML::Node(YAML::NodeType::Sequence) : NodeOf(value, depth + 1);
+  } else if (json.is_array()) {
+    node = YAML::Node(YAML::NodeType::Sequence);
+    for (const auto& value : json) node.push_back(NodeOf(value, depth + 1));
+  } else if (!json.is_null()) {
+    node = json.is_string() ? json.get<std::string>() : json.dump();
+  }
+  return node;
+}
+
+// JSON is nearly YAML, but blanks of any kind may stand in it.
+YAML::Node ParseJsonCamera(const std::string& text, const std::string& path) {
+  try {
+    return NodeOf(nlohmann::json::parse(text));
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(fmt::format("{}: no JSON: {}", path, OnOneLine(Printable(error.what()), 200)));
+  }
+}
+
+}  // namespace
+
+YAML::Node ParseCameraFile(const std::string& text, const std::string& path) {
+  const std::string_view start = Trim(text);
+  if (start.starts_with("<")) return ParseXml(text, path);
+  if (path.ends_with(".json") && start.starts_with("{")) return ParseJsonCamera(text, path);
+  return ParseYamlMapping(text, path);
+}
+
+std::optional<std::pair<std::string, YAML::Node>> CameraReader::Find(CameraKeys keys) const {
+  for (const char* key : keys)
+    if (const YAML::Node node = root[key]) return std::pair{prefix + key, node};
+  return std::nullopt;
+}
+
+std::pair<std::string, YAML::Node> CameraReader::Need(CameraKeys keys) const {
+  if (auto found = Find(keys)) return *found;
+  throw InputError(fmt::format("{}: key {}{} is missing", path, prefix, *keys.begin()));
+}
+
+double CameraReader::Number(CameraKeys keys) const {
+  const auto [key, node] = Need(keys);
+  return YamlNumber(node, path, key);
+}
+
+double CameraReader::NumberOr(const std::string& key, double fallback) const {
+  return Find({key.c_str()}) ? Number({key.c_str()}) : fallback;
+}
+
+std::vector<double> CameraReader::NumbersOf(CameraKeys keys, double fallback) const {
+  std::vector<double> values;
+  for (const char* key : keys) values.push_back(NumberOr(key, fallback));
+  return values;
+}
+
+std::vector<double> CameraReader::Numbers(CameraKeys keys, size_t count) const {
+  const auto [key, node] = Need(keys);
+  auto values = node.IsMap() ? YamlNumbers(node["data"], path, key + ".data")
+                             : YamlNumbers(Flat(node), path, key);
+  if (count > 0 && values.size() != count)
+    throw InputError(
+        fmt::format("{}: {}: {} values, expected {}", path, key, values.size(), count));
+  return values;
+}
+
+std::string CameraReader::Text(CameraKeys keys) const {
+  const auto [key, node] = Need(keys);
+  return node.IsScalar() ? node.Scalar() : TextOfNode(node);
+}
+
+CameraReader CameraReader::Below(const char* key) const {
+  const auto [name, node] = Need({key});
+  if (!node.IsMap())
+    throw InputError(
+        fmt::format("{}: {}: {}, expected \"key: value\" lines", path, name, TextOfNode(node)));
+  return {path, node, image_size, name + "."};
+}
+
+void CameraReader::ReadSize(Camera& camera, CameraKeys width, CameraKeys height) const {
+  if (!Find(width) && !Find(height)) return;
+  const auto [width_key, width_node] = Need(width);
+  const auto [height_key, height_node] = Need(height);
+  camera.width = YamlInteger(width_node, path, width_key, 1, kMaxSide);
+  camera.height = YamlInteger(height_node, path, height_key, 1, kMaxSide);
+}
+
+void CameraReader::ReadSizeList(Camera& camera, const char* list) const {
+  const auto found = Find({list});
+  if (!found) return;
+  const auto& [key, node] = *found;
+  if (!node.IsSequence() || node.size() != 2)
+    throw InputError(
+        fmt::format("{}: {}: {}, expected [width, height]", path, key, TextOfNode(node)));
+  camera.width = YamlInteger(node[0], path, key, 1, kMaxSide);
+  camera.height = YamlInteger(node[1], path, key, 1, kMaxSide);
+}
+
+void CameraReader::ReadFocal(Camera& camera, CameraKeys fx, CameraKeys fy, CameraKeys cx,
+                             CameraKeys cy) const {
+  camera.fx = Number(fx), camera.fy = Number(fy), camera.cx = Number(cx), camera.cy = Number(cy);
+}
+
+void CameraReader::CheckKeys(CameraKeys known, CameraKeys rest) const {
+  for (const auto& entry : root) {
+    const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "";
+    const auto is_known = [&](const char* other) { return key == other; };
+    const auto begins = [&](const char* other) { return key.starts_with(other); };
+    if (key == "mask") continue;  // ours (camera_mask)
+    if (std::ranges::any_of(known, is_known) || std::ranges::any_of(rest, begins)) continue;
+    throw InputError(
+        fmt::format("{}: {}{}: {}, a key that is not understood; known: {}. If it says nothing "
+                    "about lens and image size, remove the line",
+                    path, prefix, key, TextOfNode(entry.second), fmt::join(known, ", ")));
+  }
+}
+
+void CameraReader::CheckZero(CameraKeys keys, const std::string& model) const {
+  for (const char* key : keys)
+    if (const double value = NumberOr(key, 0); value != 0)
+      throw InputError(fmt::format("{}: {}{}: {}, but the model {} has no {}", path, prefix, key,
+                                   value, model, key));
+}
+
+}  // namespace oaslam
