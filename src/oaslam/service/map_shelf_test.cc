@@ -119,7 +119,7 @@ TEST_F(MapShelfTest, MapsAreLoadedWhenTheyAreAskedFor) {
   EXPECT_EQ(shelf_->bytes(), a->bytes);
   EXPECT_FALSE(shelf_->Get("none"));
   EXPECT_EQ(shelf_->loaded(), 1u);
-  for (const char* name : {"", ".hidden", "../a", "a b"})
+  for (const char* name : {"", ".hidden", "../a", "a/b"})
     EXPECT_THAT(InputErrorOf([&] { shelf_->Get(name); }), HasSubstr("the name of a map")) << name;
 }
 
