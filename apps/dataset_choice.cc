@@ -54,7 +54,11 @@ void TakeDataset(const std::string& images, const CommonOptions& common, const F
     taken.push_back("gyroscope " + dataset->imu);
   }
   if (into.truth && into.truth->empty() && dataset->truth) {
-    *into.truth = dataset->truth();
+    try {
+      *into.truth = dataset->truth();
+    } catch (const InputError& error) {
+      spdlog::warn("{} (the ground truth of {}, left out)", error.what(), dataset->layout);
+    }
     if (!into.truth->empty()) taken.push_back(fmt::format("{} true poses", into.truth->size()));
   }
   spdlog::info("{}: taken for {} (--dataset): {}", images, dataset->layout, fmt::join(taken, ", "));

@@ -27,7 +27,7 @@ cv::Mat LoadMask(const std::string& path) {
     throw InputError(fmt::format("--mask {}: hides the whole image: black hides", path));
   if (2 * visible < all)
     spdlog::warn("--mask {}: hides {} % of the image: black hides, is it the other way round?",
-                 path, 100 * (all - visible) / all);
+                 path, int64_t{100} * (all - visible) / all);
   return mask;
 }
 

@@ -140,7 +140,8 @@ std::map<LandmarkId, Rgb> ColorsOfLandmarks(const Map& map, const KeyframeImages
   };
   std::map<LandmarkId, Sum> sums;
   for (const auto& [id, image] : images) {
-    const cv::Mat bgr = ReadImage((fs::path(folder) / image.path).string(), true);
+    const cv::Mat bgr =
+        ReadImage((fs::path(folder) / image.path).string(), true, Orientation::kStored, 0);
     if (bgr.empty()) continue;
     const Keyframe& keyframe = map.keyframes.At(id);
     for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {

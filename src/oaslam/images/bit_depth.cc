@@ -45,7 +45,8 @@ cv::Mat InEightBits(const cv::Mat& image, int bits) {
   return result;
 }
 
-int LookAtImages(const std::string& source, const std::vector<std::string>& paths, bool quiet) {
+int LookAtImages(const std::string& source, const std::vector<std::string>& paths, bool quiet,
+                 int least) {
   constexpr size_t kMost = 9;  // images of which the brightest pixel tells
   const size_t count = std::min(paths.size(), kMost);
   int bits = 0;
@@ -58,7 +59,7 @@ int LookAtImages(const std::string& source, const std::vector<std::string>& path
     if (image.depth() != CV_16U) return kAllBits;
     bits = std::max(bits, UsedBits(image));
   }
-  if (bits == 0 || bits == kAllBits) return kAllBits;
+  if (bits < least || bits == kAllBits) return kAllBits;
   if (!quiet)
     Log(LogLevel::kInfo,
         fmt::format("{}: {} of the 16 bits of its images are used, all are scaled by 1/{}", source,

@@ -14,8 +14,9 @@ int UsedBits(const cv::Mat& image);
 cv::Mat InEightBits(const cv::Mat& image, int bits);
 
 // Looks at a few image files of a recording before they are read: returns how many of 16 bits they
-// use (16 where they have 8), the same for all images, and says so, unless `quiet`. Throws
-// InputError where the first is the data of a sensor.
-int LookAtImages(const std::string& source, const std::vector<std::string>& paths, bool quiet);
+// use (16 where they have 8), the same for all images, and says so, unless `quiet`. Fewer than
+// `least` may be darkness: 16 then. Throws InputError where the first is the data of a sensor.
+int LookAtImages(const std::string& source, const std::vector<std::string>& paths, bool quiet,
+                 int least = 8);
 
 }  // namespace oaslam

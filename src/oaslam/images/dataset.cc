@@ -221,7 +221,9 @@ std::optional<Dataset> FindIclNuim(const DatasetFolder& folder) {
   std::error_code error;
   std::string truth;
   for (const auto& entry : fs::directory_iterator(folder.root, error))
-    if (entry.path().string().ends_with(".gt.freiburg")) truth = entry.path().string();
+    if (std::string path = entry.path().string();
+        path.ends_with(".gt.freiburg") && (truth.empty() || path < truth))
+      truth = std::move(path);
   if (truth.empty()) return std::nullopt;
   Dataset dataset;
   dataset.images = ListFolder(folder.At("rgb"), folder.options);
@@ -267,9 +269,9 @@ std::optional<Dataset> FindColmap(const DatasetFolder& folder) {
   std::error_code error;
   if (!fs::exists(poses, error)) return dataset;
   dataset.truth = [poses, listed = dataset.images] {
-    std::map<std::string, Rigid3> known;
+    std::map<std::string, Rigid3> known;  // by the path below images/
     for (const ColmapPose& pose : LoadColmapPoses(poses))
-      known[BaseName(pose.name)] = pose.cam_from_world.Inverse();
+      known[pose.name] = pose.cam_from_world.Inverse();
     std::vector<StampedPose> found;
     for (const ListedImage& image : listed)
       if (const auto pose = known.find(BaseName(image.path)); pose != known.end())

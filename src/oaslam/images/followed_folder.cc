@@ -71,6 +71,8 @@ class FolderWatch {
   int descriptor_;
 };
 
+constexpr int kLeastBits = 10;  // of the first image alone, which may be dark
+
 class FollowedFolder : public ImageSource {
  public:
   FollowedFolder(const std::string& folder, const ImageSourceOptions& options)
@@ -94,7 +96,8 @@ class FollowedFolder : public ImageSource {
           continue;
         }
         const std::string path = (fs::path(folder_) / name).string();
-        if (index_ == options_.from) bits_ = LookAtImages(folder_, {path}, options_.quiet);
+        if (index_ == options_.from)
+          bits_ = LookAtImages(folder_, {path}, options_.quiet, kLeastBits);
         InputImage image{index_, unit_ && !options_.fps ? time : index_ / fps_, name,
                          ReadImage(path, options_.color, options_.orientation, bits_)};
         // An image that cannot be read is tried again, with the same index, when its writer closes

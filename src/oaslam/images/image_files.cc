@@ -144,8 +144,8 @@ std::string FolderOfImagesBelow(const std::string& folder) {
     }
     const fs::path& path = entry->path();
     const std::string parent = path.parent_path().string();
-    if ((first.empty() || parent < first) && HasImageExtension(path.string()) &&
-        !IsHelperFile(path.filename().string()))
+    if (entry.depth() > 0 && (first.empty() || parent < first) &&
+        HasImageExtension(path.string()) && !IsHelperFile(path.filename().string()))
       first = parent;
   }
   return first;

@@ -15,6 +15,7 @@
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/image_list.h"
 #include "oaslam/images/video_source.h"
+#include "oaslam/util/lower.h"
 
 namespace oaslam {
 namespace {
@@ -109,6 +110,9 @@ std::optional<std::vector<ListedImage>> ListImages(const std::string& source,
 std::unique_ptr<ImageSource> OpenImages(const std::string& source,
                                         const ImageSourceOptions& options) {
   CheckOptions(options);
+  if ((options.follow || IsCamera(source)) && !options.dataset.empty() &&
+      Lower(options.dataset) != "none")
+    throw InputError(fmt::format("--dataset {}: not with --follow or a camera", options.dataset));
   std::error_code error;
   if (options.follow && (IsCamera(source) || !fs::is_directory(source, error) ||
                          fs::exists(fs::path(source) / "rgb.txt", error)))

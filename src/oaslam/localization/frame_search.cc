@@ -151,14 +151,16 @@ Relocalization FrameSearch::ByObjects(const Frame& frame) {
   }
   Relocalization best = poses.front();
   if (best.IsFound() && tools_.places) {
-    best.confidence = ConfidenceOfObjectsAlone(best.objects);
+    const double alone = IsAsInPaper() ? best.confidence : ConfidenceOfObjectsAlone(best.objects);
+    best.confidence = alone;
     const bool is_mapped = IsMappedFrom(frame, best.cam_from_world);
     if (is_mapped) best.confidence = std::min(best.confidence, kUnconfirmed);
-    if (best.confidence < config.accept_confidence) {
+    if (is_mapped || (!IsAsInPaper() && alone < config.accept_confidence)) {
       best.evidence = PoseEvidence::kNone;
       best.why_not = is_mapped
                          ? "objects agree with a pose from where the map shows other points"
-                         : "objects agree as they would in another room that is arranged alike";
+                         : "objects alone do not tell this room from one that is arranged alike, "
+                           "or leave the position uncertain";
     }
   }
   return with_candidates(std::move(best));

@@ -124,7 +124,7 @@ double ConfidenceOfPoints(const PointSupport& best) {
   constexpr double kExpected = 20;     // so that a share of few expected ones does not count much
   constexpr double kExact = 0.02;      // a smaller relative sigma is no better sign
   constexpr double kOfInlier = 0.125;  // few are no more certain than this, whatever their share
-  constexpr double kOnePlane = 3.3;    // log odds of a poster elsewhere: .75 right, others .99
+  constexpr double kOnePlane = 3.3;  // log odds that a pose of one plane loses: a poster elsewhere
   if (best.inliers < kFewest) return 0;
   // Rooms that are arranged alike agree in some fifty points of hundreds by learned descriptors, so
   // that the share counts more.

@@ -1,7 +1,7 @@
 // What is shown instead of the picture: the choice of a map, and help.
 import { useRef, useState } from "preact/hooks";
 
-const NAME = /^[A-Za-z0-9_-][A-Za-z0-9._-]{0,63}$/; // that the server accepts
+const NAME = /^[^./\p{Cc}][^/\p{Cc}]*$/u, LONGEST = 64; // shorter than what the server accepts
 
 /** @type {import("preact").InputHTMLAttributes} */
 const FIELD = { autocapitalize: "off", autocomplete: "off", spellcheck: false };
@@ -33,7 +33,7 @@ export function MapChoice({ maps, knowsLens, onStart, onForgetLens }) {
   const [hint, setHint] = useState("A new map is made from what the camera sees.");
   const create = () => {
     const name = input.current?.value.trim() ?? "";
-    if (!NAME.test(name)) setHint("A name has letters, digits, and . _ - (no blanks)");
+    if (!NAME.test(name)) setHint("A name begins without a dot and has no slash");
     else if (maps.some((map) => map.name === name)) setHint(`There is a map ${name} already.`);
     else onStart(name, "record");
   };
@@ -44,7 +44,7 @@ export function MapChoice({ maps, knowsLens, onStart, onForgetLens }) {
         {maps.length === 0 && <p class="muted">There is no map yet.</p>}
       </div>
       <div class="row">
-        <input ref={input} placeholder="name of the new map" maxLength={64} {...FIELD} />
+        <input ref={input} placeholder="name of the new map" maxLength={LONGEST} {...FIELD} />
         <Button action="create" onClick={create}>New map</Button>
       </div>
       <p class="muted">{hint}</p>
