@@ -200,14 +200,14 @@ std::vector<StampedPose> LoadTrajectory(const std::string& path) {
   Table table;
   ReadRows(path, table);
   if (table.rows.empty()) return {};
-  const size_t numbers = NumbersInFirstRow(table);
+  const size_t in_first = NumbersInFirstRow(table);
   std::vector<StampedPose> poses;
-  if (numbers == 12) {
+  if (in_first == 12) {
     poses = ReadKitti(table);
-  } else if (numbers > 9 && !table.has_commas) {
+  } else if (in_first > 9 && !table.has_commas) {
     throw InputError(
         fmt::format("{}:{}: {} numbers, expected TUM's \"timestamp tx ty tz qx qy qz qw\"", path,
-                    table.rows.front().line, numbers));
+                    table.rows.front().line, in_first));
   } else {
     const double unit = UnitOfTimes(table);
     const Columns columns = ColumnsOf(table, unit == 1e-9);

@@ -192,7 +192,11 @@ TEST(Confidence, OfPointsIsByWhatShouldBeInView) {
 }
 
 TEST(Confidence, OfAPosterIsLowWhateverItsSize) {
-  PointSupport poster{.inliers = 176, .expected = 1150, .covered = 0.56, .relative_sigma = 0.082};
+  PointSupport poster;
+  poster.inliers = 176;
+  poster.expected = 1150;
+  poster.covered = 0.56;
+  poster.relative_sigma = 0.082;
   EXPECT_GT(ConfidenceOfPoints(poster), 0.95);
   poster.is_of_one_plane = true;
   EXPECT_LT(ConfidenceOfPoints(poster), 0.9);

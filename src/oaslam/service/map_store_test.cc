@@ -360,8 +360,10 @@ TEST_P(MapStoreTest, ChangesAreReportedToAll) {
 }
 
 TEST_P(MapStoreTest, NamesHaveWhatPeopleWrite) {
-  for (const std::string name : {"a b", "a'b\"", "a;b&c", "a:b", "Küche", "Ku\xCC\x88che", "日本",
-                                 "-dash", "%s%d", "#hash"}) {
+  for (const std::string name : {"a b", "a'b\"", "a;b&c", "a:b", "Küche",
+                                 "Ku\xCC\x88"
+                                 "che",
+                                 "日本", "-dash", "%s%d", "#hash"}) {
     store_->Put(name, File("1"));
     EXPECT_EQ(store_->Find(name)->name, name);
     store_->EditAnchor(name, "a", StoreFlag(), true);
