@@ -284,8 +284,9 @@ std::optional<Dataset> FindColmap(const DatasetFolder& folder) {
 // A path in a transforms.json, such as "./images/0001", which may lack the extension.
 std::string PathOfFrame(const DatasetFolder& folder, const std::string& given) {
   const std::string path = fs::path(given).lexically_normal().string();
-  for (const char* extension : {"", ".png", ".jpg"})
-    if (!folder.Has(path) && folder.Has(path + extension)) return folder.At(path + extension);
+  if (folder.Has(path)) return folder.At(path);
+  for (const char* extension : {".png", ".jpg"})
+    if (folder.Has(path + extension)) return folder.At(path + extension);
   return folder.At(path);
 }
 

@@ -93,8 +93,7 @@ bool IsBayerMosaic(const cv::Mat& grey) {
 std::string RefusalOfSensorData(const std::string& path) {
   return fmt::format(
       "{}: is the data of a sensor (Bayer), a colour in each pixel: develop it to JPEG or PNG "
-      "first "
-      "(photos: darktable-cli, dcraw_emu; cameras of robots: image_proc, cv::cvtColor)",
+      "first (photos: darktable-cli, dcraw_emu; cameras of robots: image_proc, cv::cvtColor)",
       path);
 }
 

@@ -17,7 +17,8 @@ double ConfidenceOfObjects(const ObjectSupport& best);
 
 // The same where the map has points and none agrees: objects alone stand against another room that
 // is arranged alike (of a hotel, an office), whose boxes fit less well each, or as well elsewhere,
-// and against a position that is uncertain by a tenth of the distance. At most ConfidenceOfObjects.
+// and against a position that is uncertain by an eighth of the distance. At most
+// ConfidenceOfObjects.
 // Fitted to images of flats and desks in maps of each other (docs/lab/relocalization.md).
 double ConfidenceOfObjectsAlone(const ObjectSupport& best);
 
