@@ -102,6 +102,14 @@ TEST(Triangulation, RecoversErasedLandmarks) {
   EXPECT_GT(near, 0.9 * static_cast<double>(created.size()));
 }
 
+// As after a fast turn, or in front of a wall without texture.
+TEST(Triangulation, KeyframesWithoutAnyLandmarkGetSome) {
+  Scene s;
+  for (const LandmarkId id : s.map.landmarks.Ids()) s.map.EraseLandmark(id);
+  for (const KeyframeId id : s.map.keyframes.Ids()) s.map.UpdateCovisibility(id, 15);
+  EXPECT_GT(TriangulateNewLandmarks(KeyframeId(5), {}, s.map).size(), 120U);
+}
+
 // Landmarks of the first keyframe with at least five observations.
 std::vector<LandmarkId> WellObserved(const Map& map, size_t count) {
   std::vector<LandmarkId> found;

@@ -90,8 +90,9 @@ std::vector<LandmarkId> TriangulateNewLandmarks(KeyframeId id, const MappingConf
     const Keyframe& there = map.keyframes.At(neighbour);
     const double baseline =
         (here.cam_from_world.OriginInSource() - there.cam_from_world.OriginInSource()).norm();
+    // 0 where the neighbour has no landmark, as after a fast turn: then it shall get some.
     const double depth = map.MedianDepth(neighbour);
-    if (depth <= 0 || baseline < kMinBaselineToDepth * depth) continue;
+    if (baseline <= 0 || baseline < kMinBaselineToDepth * depth) continue;
     std::vector<std::pair<std::pair<int, int>, Eigen::Vector3d>> found;
     for (const auto& pair : MatchAlongEpipolarLines(map, here, there)) {
       const View a{map.cameras[here.camera], here, pair.first},
