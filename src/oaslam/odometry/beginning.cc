@@ -91,7 +91,8 @@ double MedianInverseDepth(const Window& window) {
   return std::max(1e-3, Median(known.size() < kLeast ? std::move(all) : std::move(known)));
 }
 
-// The median ratio of the inverse depths that two windows know; 1 where they share few points.
+// The median ratio of the inverse depths that two windows know; where they share few points, as if
+// the median depth had stayed.
 double DepthsOverThose(const Window& now, const Window& before) {
   constexpr size_t kLeast = 10;
   using Key = std::tuple<int, float, float>;
@@ -105,7 +106,17 @@ double DepthsOverThose(const Window& now, const Window& before) {
   for (const WindowPoint& p : now.points)
     if (const auto found = known.find(key_of(p)); p.HasDepth() && found != known.end())
       ratios.push_back(p.inverse_depth / found->second);
-  return ratios.size() < kLeast ? 1 : Median(std::move(ratios));
+  return ratios.size() < kLeast ? MedianInverseDepth(now) : Median(std::move(ratios));
+}
+
+// The unit of a beginning, in the unit that it was made in: that of the window before, drawn slowly
+// towards the median depth. Of a camera that only turns, depths are noise, and a chain of their
+// ratios alone wanders by a factor of four in as many seconds (fr1/rpy).
+double UnitOf(const Window& now, const Window* before) {
+  constexpr double kShare = 0.1;  // of each comparison; .05 and .2 are as good
+  const double median = MedianInverseDepth(now);
+  return before ? std::pow(DepthsOverThose(now, *before), 1 - kShare) * std::pow(median, kShare)
+                : median;
 }
 
 // Multiplies all lengths; the first image stays.
@@ -170,7 +181,7 @@ class Beginner {
       s.state.poses[k] = image_from_first * from_first;
     }
     constexpr double kDepths[] = {0, 0.1, 0.3, 0.6, 1, 1.6, 2.5, 4, 6, 9, 14};  // inverse
-    SearchDepths(kDepths, std::vector<char>(made_.points.size(), true), made_.problem, s.state);
+    SearchDepths(kDepths, made_.problem, s.state);
     return s;
   }
 
@@ -217,7 +228,7 @@ class Beginner {
     made_.Apply(s.state, made);
     for (size_t k = 0; k < made_.points.size(); ++k)
       made.points[made_.points[k]].variance = report.variances[k];
-    ScaleAboutFirst(before ? DepthsOverThose(made, *before) : MedianInverseDepth(made), made);
+    ScaleAboutFirst(UnitOf(made, before), made);
     const double median = MedianInverseDepth(made);
     made.median_inverse_depth = median;
     for (WindowImage& image : made.images) image.median_inverse_depth = median;

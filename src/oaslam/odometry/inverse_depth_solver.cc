@@ -328,8 +328,8 @@ double CostOf(const InverseDepthProblem& problem, const InverseDepthState& state
   return Cost(problem, state, outlier_chi2, pairs);
 }
 
-void SearchDepths(std::span<const double> candidates, const std::vector<char>& is_searched,
-                  const InverseDepthProblem& problem, InverseDepthState& state) {
+void SearchDepths(std::span<const double> candidates, const InverseDepthProblem& problem,
+                  InverseDepthState& state) {
   Pairs pairs(problem, state.poses.size());
   pairs.Update(CamsOf(state));
   std::vector<double> costs(candidates.size());
@@ -339,15 +339,13 @@ void SearchDepths(std::span<const double> candidates, const std::vector<char>& i
     for (; next < problem.measurements.size() &&
            problem.measurements[next].point == static_cast<int>(point);
          ++next) {
-      if (!is_searched[point]) continue;
       const DepthMeasurement& s = problem.measurements[next];
       const Pair& pair = pairs[pairs.OfMeasurement(next)];
       for (size_t i = 0; i < candidates.size(); ++i)
         costs[i] +=
             LossOf(pair.Chi2(s, problem.points[point].ray, candidates[i]), problem.huber_chi2).cost;
     }
-    if (is_searched[point])
-      state.inverse_depths[point] = candidates[std::ranges::min_element(costs) - costs.begin()];
+    state.inverse_depths[point] = candidates[std::ranges::min_element(costs) - costs.begin()];
   }
 }
 

@@ -83,11 +83,10 @@ inline Eigen::Vector3d ScaledPoint(const Rigid3& to_from_anchor, const Eigen::Ve
 double CostOf(const InverseDepthProblem& problem, const InverseDepthState& state,
               std::optional<double> outlier_chi2 = std::nullopt);
 
-// Sets the inverse depth of each point that `is_searched` names to the one of `candidates` that its
-// measurements fit best, outliers included: where the poses have changed too much to go on from the
-// present depths.
-void SearchDepths(std::span<const double> candidates, const std::vector<char>& is_searched,
-                  const InverseDepthProblem& problem, InverseDepthState& state);
+// Sets the inverse depth of each point to the one of `candidates` that its measurements fit best,
+// outliers included.
+void SearchDepths(std::span<const double> candidates, const InverseDepthProblem& problem,
+                  InverseDepthState& state);
 
 struct InverseDepthReport {
   SchurReport solver;

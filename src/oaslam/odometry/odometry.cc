@@ -10,7 +10,6 @@
 #include "oaslam/geometry/degree.h"
 #include "oaslam/odometry/point_flow.h"
 #include "oaslam/odometry/pose_starts.h"
-#include "oaslam/odometry/restarts.h"
 
 namespace oaslam {
 namespace {
@@ -88,7 +87,6 @@ void Odometry::BeginAnew() {
   is_beginning_ = true;
   leader_.reset();
   keyframes_.clear();
-  is_doubtful_ = false;
   doubt_ = 0;
   last_motions_.clear();
 }
@@ -119,28 +117,13 @@ void Odometry::ProcessNext(double time_s, OdometryEstimate& estimate) {
       return;
     }
   }
-  // A wrong minimum shows itself by points that do not fit.
   const double elapsed = time_s - window_.images[window_.images.size() - 2].time_s;
-  if (!is_beginning_ && estimate.inliers < kDoubtful * estimate.tracked) is_doubtful_ = true;
   const bool is_uncertain =
       !is_beginning_ &&
       IsUncertain(elapsed, static_cast<double>(estimate.inliers) / estimate.tracked);
   if (is_uncertain) estimate.state = OdometryState::kUncertain;
   LearnGyroscope(estimate);
-  if (!estimate.is_keyframe) return;
-  // Oftener found no more in 74 starts in three flats, and in redkitchen.
-  constexpr double kBetween = 0.25;
-  if (is_doubtful_ && !is_beginning_ && time_s - looked_through_s_ > kBetween) {
-    is_doubtful_ = false;
-    looked_through_s_ = time_s;
-    estimate.was_restarted = RestartWindow(window_options_, rng_, window_).is_changed;
-    if (estimate.was_restarted) {
-      FlagOutliers(window_options_, window_);
-      UpdateMedianDepth(false, window_);
-      estimate.cam_from_odom = window_.newest().cam_from_odom;
-    }
-  }
-  MakeKeyframe();
+  if (estimate.is_keyframe) MakeKeyframe();
 }
 
 // From two images in a row that fit well.
@@ -302,15 +285,18 @@ void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate)
                                         window_.median_inverse_depth)};
   if (const std::optional<Turn>& turn = window_.newest().turn)
     prior.rotation = Turn{turn->second_from_first * last.cam_from_odom.rotation, turn->variance};
-  const std::vector<Rigid3> starts =
-      PoseStarts(points, window_options_, prior, predicted, RotationOfFlow(predicted),
-                 (predicted.OriginInSource() - last.cam_from_odom.OriginInSource()).norm());
-  // Where there is one minimum only and it fits, the pose alone is enough until a keyframe tells
-  // more of the depths.
-  if (starts.size() == 1 && !estimate.is_keyframe && ShareThatFits(starts.front()) >= kDoubtful)
-    window_.newest().cam_from_odom = starts.front();
+  const Rigid3 pose = RefinePose(points, window_options_, prior, kFarStart, predicted);
+  // Points that do not fit show a wrong minimum. Where all do, the pose alone is enough until a
+  // keyframe tells more of the depths.
+  const bool fits = ShareThatFits(pose) >= kDoubtful;
+  if (fits && !estimate.is_keyframe)
+    window_.newest().cam_from_odom = pose;
+  else if (fits)
+    OptimizeWindow(std::span(&pose, 1));
   else
-    OptimizeWindow(starts);
+    OptimizeWindow(
+        PoseStarts(points, window_options_, prior, predicted, RotationOfFlow(predicted),
+                   (predicted.OriginInSource() - last.cam_from_odom.OriginInSource()).norm()));
   estimate.covariance = covariance_;
   estimate.inliers = FlagOutliers(window_options_, window_);
   UpdateMedianDepth(true, window_);

@@ -60,7 +60,6 @@ struct OdometryEstimate {
   int tracked = 0;  // points followed into this image
   int inliers = 0;
   bool is_keyframe = false;
-  bool was_restarted = false;  // the window was found to be in a wrong minimum, and changed
 };
 
 // Visual odometry of one camera: the pose of every image in a frame of its own, in the unit of the
@@ -127,8 +126,6 @@ class Odometry {
   Rigid3 preliminary_;            // the pose of the newest image by it
   double compared_s_ = 0;         // when its rivals were last looked at
   bool keyframe_is_due_ = false;
-  bool is_doubtful_ = false;        // points did not fit since the window was last looked through
-  double looked_through_s_ = -1e9;  // when that was
   std::shared_ptr<const GreyPyramid> last_, present_;
   // The newest keyframes, whose patches are followed; by image.
   std::vector<std::pair<int, std::shared_ptr<const GreyPyramid>>> keyframes_;

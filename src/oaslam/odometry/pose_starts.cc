@@ -99,8 +99,8 @@ std::vector<Rigid3> PoseStarts(std::span<const PosePoint> points, const WindowOp
   PoseFitPrior held = prior;
   held.sigma *= 0.1;
   const std::vector<Rigid3> reached = {
-      RefinePose(points, options, prior, 8, predicted),
-      RefinePose(points, options, prior, 8, turned),
+      RefinePose(points, options, prior, kFarStart, predicted),
+      RefinePose(points, options, prior, kFarStart, turned),
       RefinePose(points, options, prior, 1, RefinePose(points, options, held, 20, predicted))};
   // Poses as near as this end in the same minimum.
   constexpr double kSameAngle = 0.3 * kDegree, kSameStep = 0.15;

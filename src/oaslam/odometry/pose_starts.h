@@ -30,6 +30,8 @@ struct PoseFitPrior {
 Eigen::Matrix3d RotationBetween(std::span<const Eigen::Vector2d> first,
                                 std::span<const Eigen::Vector2d> second, Eigen::Matrix3d start);
 
+constexpr double kFarStart = 8;  // the inflation of errors where the start is a prediction
+
 // The pose of a new image by its points, whose depths may be wrong by their variances: Gauss-Newton
 // with errors that are `inflation` times as large at first, so that a start far away is drawn in.
 Rigid3 RefinePose(std::span<const PosePoint> points, const WindowOptions& options,

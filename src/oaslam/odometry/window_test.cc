@@ -7,7 +7,6 @@
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/odometry/beginning.h"
 #include "oaslam/odometry/pose_starts.h"
-#include "oaslam/odometry/restarts.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
@@ -214,41 +213,6 @@ TEST(Beginning, ACameraThatOnlyTurnsHasNoMotionYet) {
   for (Rigid3& pose : walk.truth) pose.translation.setZero();
   Rng rng(1);
   EXPECT_FALSE(BeginMotion(walk.Beginning(), nullptr, kOptions, {}, 640, rng).is_known);
-}
-
-TEST(Restarts, AWindowInAWrongMinimumIsLedOut) {
-  Walk walk(false, 10);
-  // From the fifth image on the window believes that the camera went the other way.
-  std::vector<Rigid3> wrong = walk.truth;
-  const Eigen::Vector3d middle = walk.truth[4].OriginInSource();
-  for (size_t k = 5; k < wrong.size(); ++k) {
-    const Eigen::Vector3d center = middle - (walk.truth[k].OriginInSource() - middle);
-    wrong[k].translation = -(wrong[k].rotation * center);
-  }
-  Window window = walk.Seen(wrong, true);
-  for (int k = 0; k < 4; ++k) window.images[k].is_held = true;
-  const auto error = [&] {
-    return (window.newest().cam_from_odom.OriginInSource() - walk.truth.back().OriginInSource())
-        .norm();
-  };
-  const double before = error();
-  Rng rng(2);
-  const RestartReport report = RestartWindow(kOptions, rng, window);
-  EXPECT_GT(report.tried, 0);
-  EXPECT_TRUE(report.is_changed);
-  EXPECT_LT(error(), 0.1 * before);
-}
-
-TEST(Restarts, ARightWindowStays) {
-  Walk walk(false, 10);
-  Window window = walk.Seen(walk.truth, true);
-  for (int k = 0; k < 4; ++k) window.images[k].is_held = true;
-  WindowProblem made = ProblemOf(window, kOptions, false);
-  InverseDepthState state = made.StateOf(window);
-  MinimizeInverseDepths(made.problem, {.max_iterations = 20}, state);
-  made.Apply(state, window);
-  Rng rng(2);
-  EXPECT_FALSE(RestartWindow(kOptions, rng, window).is_changed);
 }
 
 }  // namespace
