@@ -9,7 +9,6 @@
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/localization/frame_maker.h"
 #include "oaslam/odometry/point_flow.h"
-#include "oaslam/odometry/restarts.h"
 #include "oaslam/odometry/window.h"
 #include "oaslam/util/rng.h"
 #include "picture.h"
@@ -89,16 +88,6 @@ void WindowOptimized(benchmark::State& state) {
   }
 }
 BENCHMARK(WindowOptimized)->Unit(benchmark::kMicrosecond);
-
-void WindowRestarted(benchmark::State& state) {
-  const Window window = Walked();
-  for (auto _ : state) {
-    Rng rng(4);
-    Window copy = window;
-    benchmark::DoNotOptimize(RestartWindow({}, rng, copy));
-  }
-}
-BENCHMARK(WindowRestarted)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace oaslam
