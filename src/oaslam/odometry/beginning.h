@@ -32,7 +32,8 @@ int MatchesOfFirst(const Window& window);
 // directions with the rotation of the flow, each optimised over all images of the window. A plane
 // has two motions that two images cannot tell apart; several images can. The first image must be
 // the one that is held, all others must have the rotation of the flow. The unit of length is that
-// of `before`, the last window of the same beginning; the median depth where there is none.
+// of `before`, the last window of the same beginning, drawn slowly to the median depth; the median
+// depth where there is none.
 Beginning BeginMotion(const Window& window, const Window* before, const WindowOptions& options,
                       const BeginningOptions& beginning, double image_width, Rng& rng);
 
