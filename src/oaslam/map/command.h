@@ -20,7 +20,7 @@ struct InitialMap {
   Rigid3 second_from_first;  // |translation| = 1
   std::vector<InitialPoint> points;
   Rigid3 second_from_world;
-  double baseline = 1;  // the distance of the two cameras, in the unit of the map
+  Rigid3 motion;  // second from first by the odometry, in the unit of the map
 };
 
 // How often a landmark was expected in a frame since the last keyframe, and how often it was found.

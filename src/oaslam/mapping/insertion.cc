@@ -19,6 +19,18 @@ Keyframe MakeKeyframe(const Frame& frame, const Rigid3& cam_from_world) {
   return keyframe;
 }
 
+// The motion by the odometry where the distance of the two cameras is 1. Shares of the way, of the
+// depth and of the turn, as of a young map's keyframes (Tracker::MotionBetween).
+KeyframeMotion MotionOf(const InitialMap& initial, double depth) {
+  constexpr double kSigmaOfWay = 0.01, kSigmaOfDepth = 0.003, kSigmaOfTurn = 0.0025,
+                   kLeastTurn = 0.0005;
+  Rigid3 motion = initial.motion;
+  motion.translation.normalize();
+  const double turn = Eigen::AngleAxisd(Eigen::Quaterniond(motion.rotation)).angle();
+  return {initial.first_id, motion, kSigmaOfWay + kSigmaOfDepth * depth,
+          kSigmaOfTurn * turn + kLeastTurn};
+}
+
 }  // namespace
 
 bool InsertInitialMap(const InitialMap& initial, Map& map) {
@@ -38,12 +50,16 @@ bool InsertInitialMap(const InitialMap& initial, Map& map) {
     fresh.UpdateLandmark(id);
   }
   fresh.UpdateCovisibility(initial.second_id, 1);
+  // Two views alone take a turn for a way: the odometry knows their motion from all images between.
+  const double baseline = initial.motion.translation.norm();
+  KeyframeMotion motion = MotionOf(initial, fresh.MedianDepth(initial.second_id));
+  fresh.keyframes.MutableAt(initial.second_id).motion = motion;
   ApplyCorrection(GlobalBundleAdjustment(fresh, kIterations, BundleConfig{}), fresh);
   if (fresh.MedianDepth(initial.first_id) <= 0 ||
       fresh.landmarks.size() < std::max(kFewestLandmarks, initial.points.size() / 2))
     return false;
   Rigid3 second_from_first = fresh.keyframes.At(initial.second_id).cam_from_world;
-  const double scale = initial.baseline / second_from_first.translation.norm();
+  const double scale = baseline / second_from_first.translation.norm();
   second_from_first.translation *= scale;
   const Rigid3 first_from_world = second_from_first.Inverse() * initial.second_from_world;
   const Rigid3 world_from_first = first_from_world.Inverse();
@@ -52,6 +68,8 @@ bool InsertInitialMap(const InitialMap& initial, Map& map) {
     pose.translation *= scale;
     pose = pose * first_from_world;
   }
+  motion.Scale(baseline);
+  fresh.keyframes.MutableAt(initial.second_id).motion = motion;
   for (const LandmarkId id : fresh.landmarks.Ids()) {
     Eigen::Vector3d& position = fresh.landmarks.MutableAt(id).position;
     position = world_from_first * (scale * position).eval();

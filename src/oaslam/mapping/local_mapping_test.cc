@@ -33,7 +33,7 @@ TEST(InitialMap, IsRefinedInItsFrameAndUnit) {
   const Rigid3 motion = world.cam_from_world[3] * world.cam_from_world[2].Inverse();
   initial.second_from_first = Rigid3(motion.rotation, motion.translation.normalized());
   initial.second_from_world = world.cam_from_world[3];
-  initial.baseline = motion.translation.norm();
+  initial.motion = motion;
   for (int i = 0; i < static_cast<int>(first.point_of_keypoint.size()); ++i)
     for (int j = 0; j < static_cast<int>(second.point_of_keypoint.size()); ++j)
       if (first.point_of_keypoint[i] >= 0 &&
@@ -54,6 +54,13 @@ TEST(InitialMap, IsRefinedInItsFrameAndUnit) {
                 .norm(),
             1e-9);
   EXPECT_GT(map.landmarks.size(), 250U);
+  // The odometry's motion holds the two views together, from now on.
+  ASSERT_TRUE(map.keyframes.At(KeyframeId(5)).motion.has_value());
+  EXPECT_LT((map.keyframes.At(KeyframeId(5)).motion->cam_from_cam.translation - motion.translation)
+                .norm(),
+            1e-9);
+  const double way = motion.translation.norm();
+  EXPECT_LT((change.Inverse().translation - motion.translation).norm(), 0.02 * way);
 
   initial.points.resize(12);
   Map refused;

@@ -107,14 +107,9 @@ std::optional<InitialMap> Initializer::Try(const Reference& reference, const Fra
                   "{:.1f} degrees, direction +- {:.1f} degrees",
                   reference.frame.index, frame.index, pairs.size(), report.inliers,
                   report.triangulated, report.parallax_deg, report.direction_sigma_deg));
-  InitialMap map{reference.frame,
-                 frame,
-                 {},
-                 {},
-                 report.second_from_first,
-                 {},
-                 frame.motion->cam_from_odom,
-                 motion.translation.norm()};
+  InitialMap map{
+      reference.frame, frame, {}, {}, report.second_from_first, {}, frame.motion->cam_from_odom,
+      motion};
   for (size_t i = 0; i < pairs.size(); ++i)
     if (report.points[i])
       map.points.push_back({pairs[i].first, pairs[i].second, *report.points[i]});
