@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "oaslam/bundle/bundle_adjustment.h"
+#include "oaslam/map/motion_sigmas.h"
 #include "oaslam/mapping/local_mapping.h"
 
 namespace oaslam {
@@ -19,15 +20,12 @@ Keyframe MakeKeyframe(const Frame& frame, const Rigid3& cam_from_world) {
   return keyframe;
 }
 
-// The motion by the odometry where the distance of the two cameras is 1. Shares of the way, of the
-// depth and of the turn, as of a young map's keyframes (Tracker::MotionBetween).
+// The motion by the odometry where the distance of the two cameras is 1.
 KeyframeMotion MotionOf(const InitialMap& initial, double depth) {
-  constexpr double kSigmaOfWay = 0.01, kSigmaOfDepth = 0.003, kSigmaOfTurn = 0.0025,
-                   kLeastTurn = 0.0005;
   Rigid3 motion = initial.motion;
   motion.translation.normalize();
   const double turn = Eigen::AngleAxisd(Eigen::Quaterniond(motion.rotation)).angle();
-  return {initial.first_id, motion, kSigmaOfWay + kSigmaOfDepth * depth,
+  return {initial.first_id, motion, kSigmaOfWay + kSigmaOfDepthIfYoung * depth,
           kSigmaOfTurn * turn + kLeastTurn};
 }
 
@@ -52,8 +50,8 @@ bool InsertInitialMap(const InitialMap& initial, Map& map) {
   fresh.UpdateCovisibility(initial.second_id, 1);
   // Two views alone take a turn for a way: the odometry knows their motion from all images between.
   const double baseline = initial.motion.translation.norm();
-  KeyframeMotion motion = MotionOf(initial, fresh.MedianDepth(initial.second_id));
-  fresh.keyframes.MutableAt(initial.second_id).motion = motion;
+  fresh.keyframes.MutableAt(initial.second_id).motion =
+      MotionOf(initial, fresh.MedianDepth(initial.second_id));
   ApplyCorrection(GlobalBundleAdjustment(fresh, kIterations, BundleConfig{}), fresh);
   if (fresh.MedianDepth(initial.first_id) <= 0 ||
       fresh.landmarks.size() < std::max(kFewestLandmarks, initial.points.size() / 2))
@@ -68,8 +66,7 @@ bool InsertInitialMap(const InitialMap& initial, Map& map) {
     pose.translation *= scale;
     pose = pose * first_from_world;
   }
-  motion.Scale(baseline);
-  fresh.keyframes.MutableAt(initial.second_id).motion = motion;
+  fresh.keyframes.MutableAt(initial.second_id).motion->Scale(baseline);
   for (const LandmarkId id : fresh.landmarks.Ids()) {
     Eigen::Vector3d& position = fresh.landmarks.MutableAt(id).position;
     position = world_from_first * (scale * position).eval();

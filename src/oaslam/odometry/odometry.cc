@@ -295,7 +295,7 @@ void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate)
     OptimizeWindow(std::span(&pose, 1));
   else
     OptimizeWindow(
-        PoseStarts(points, window_options_, prior, predicted, RotationOfFlow(predicted),
+        PoseStarts(points, window_options_, prior, predicted, pose, RotationOfFlow(predicted),
                    (predicted.OriginInSource() - last.cam_from_odom.OriginInSource()).norm()));
   estimate.covariance = covariance_;
   estimate.inliers = FlagOutliers(window_options_, window_);

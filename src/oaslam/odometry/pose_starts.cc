@@ -93,14 +93,14 @@ Rigid3 RefinePose(std::span<const PosePoint> points, const WindowOptions& option
 
 std::vector<Rigid3> PoseStarts(std::span<const PosePoint> points, const WindowOptions& options,
                                const PoseFitPrior& prior, const Rigid3& predicted,
-                               const Eigen::Matrix3d& rotation_of_flow, double last_step) {
+                               const Rigid3& by_prediction, const Eigen::Matrix3d& rotation_of_flow,
+                               double last_step) {
   const Eigen::Vector3d center = predicted.OriginInSource();
   const Rigid3 turned(rotation_of_flow, -(rotation_of_flow * center));
   PoseFitPrior held = prior;
   held.sigma *= 0.1;
   const std::vector<Rigid3> reached = {
-      RefinePose(points, options, prior, kFarStart, predicted),
-      RefinePose(points, options, prior, kFarStart, turned),
+      by_prediction, RefinePose(points, options, prior, kFarStart, turned),
       RefinePose(points, options, prior, 1, RefinePose(points, options, held, 20, predicted))};
   // Poses as near as this end in the same minimum.
   constexpr double kSameAngle = 0.3 * kDegree, kSameStep = 0.15;

@@ -30,18 +30,20 @@ struct PoseFitPrior {
 Eigen::Matrix3d RotationBetween(std::span<const Eigen::Vector2d> first,
                                 std::span<const Eigen::Vector2d> second, Eigen::Matrix3d start);
 
-constexpr double kFarStart = 8;  // the inflation of errors where the start is a prediction
+inline constexpr double kFarStart = 8;  // the inflation of errors where the start is a prediction
 
 // The pose of a new image by its points, whose depths may be wrong by their variances: Gauss-Newton
 // with errors that are `inflation` times as large at first, so that a start far away is drawn in.
 Rigid3 RefinePose(std::span<const PosePoint> points, const WindowOptions& options,
                   const PoseFitPrior& prior, double inflation, const Rigid3& start);
 
-// The distinct poses that RefinePose reaches from the predicted one, from the predicted place with
+// The distinct poses that RefinePose reaches from the predicted one (`by_prediction`, with the
+// inflation kFarStart), from the predicted place with
 // the rotation of the flow, and from the prediction with its place nearly held. Rotation and
 // translation look alike where the view is narrow: which is right, the window decides.
 std::vector<Rigid3> PoseStarts(std::span<const PosePoint> points, const WindowOptions& options,
                                const PoseFitPrior& prior, const Rigid3& predicted,
-                               const Eigen::Matrix3d& rotation_of_flow, double last_step);
+                               const Rigid3& by_prediction, const Eigen::Matrix3d& rotation_of_flow,
+                               double last_step);
 
 }  // namespace oaslam

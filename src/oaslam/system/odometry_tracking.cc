@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "oaslam/geometry/pose_step.h"
+#include "oaslam/map/motion_sigmas.h"
 #include "oaslam/matching/projection_search.h"
 #include "oaslam/system/tracker.h"
 #include "oaslam/util/median.h"
@@ -75,11 +76,6 @@ std::vector<LandmarkId> LandmarksBefore(const Map& map, KeyframeId id) {
 std::optional<Tracker::CameraMotion> Tracker::MotionBetween(
     const std::shared_ptr<const FrameMotion>& before, const std::shared_ptr<const FrameMotion>& now,
     const FrameMotion& newest) const {
-  // Shares of the way, of the depth and of the turn (docs/lab/odometry.md). That of the way is at
-  // least this, and as much as this film shows (OdometryUnit). In a young map neither the map nor
-  // the odometry knows its scale well.
-  constexpr double kSigmaOfWay = 0.01, kSigmaOfDepth = 0.002, kSigmaOfTurn = 0.0025,
-                   kLeastTurn = 0.0005, kTimesIfYoung = 1.5;
   if (!before || !now || before->run != now->run || newest.run != now->run) return std::nullopt;
   const bool is_young = newest_.frame.timestamp - map_began_time_ < kYoung;
   CameraMotion motion;
@@ -93,7 +89,7 @@ std::optional<Tracker::CameraMotion> Tracker::MotionBetween(
     motion.cam_from_cam.translation *= unit_->length;
     motion.sigma_position =
         std::max(kSigmaOfWay, unit_->spread) * motion.cam_from_cam.translation.norm() +
-        (is_young ? kTimesIfYoung : 1) * kSigmaOfDepth * unit_->length * MedianDepth(*now);
+        (is_young ? kSigmaOfDepthIfYoung : kSigmaOfDepth) * unit_->length * MedianDepth(*now);
   }
   // A way that is not known looks like a turn.
   const double least_turn = motion.is_turn ? kUnknownWay : kLeastTurn;
