@@ -38,9 +38,9 @@ Rigid3 RefinePose(std::span<const PosePoint> points, const WindowOptions& option
                   const PoseFitPrior& prior, double inflation, const Rigid3& start);
 
 // The distinct poses that RefinePose reaches from the predicted one (`by_prediction`, with the
-// inflation kFarStart), from the predicted place with
-// the rotation of the flow, and from the prediction with its place nearly held. Rotation and
-// translation look alike where the view is narrow: which is right, the window decides.
+// inflation kFarStart), from the predicted place with the rotation of the flow, and from the
+// prediction with its place nearly held. Rotation and translation look alike where the view is
+// narrow: which is right, the window decides.
 std::vector<Rigid3> PoseStarts(std::span<const PosePoint> points, const WindowOptions& options,
                                const PoseFitPrior& prior, const Rigid3& predicted,
                                const Rigid3& by_prediction, const Eigen::Matrix3d& rotation_of_flow,
