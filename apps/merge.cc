@@ -5,7 +5,7 @@
 #include "commands.h"
 #include "common.h"
 #include "oaslam/error.h"
-#include "oaslam/pieces/map_merging.h"
+#include "oaslam/system/map_merging.h"
 #include "oaslam/storage/map_file.h"
 
 namespace oaslam::apps {

@@ -14,12 +14,12 @@
 
 #include "oaslam/localization/relocalizer.h"
 #include "oaslam/map/next_ids.h"
+#include "oaslam/mapping/background_bundle.h"
 #include "oaslam/mapping/loop_closing.h"
+#include "oaslam/mapping/mapper.h"
 #include "oaslam/relocalization/by_points.h"
 #include "oaslam/storage/map_file.h"
-#include "oaslam/system/background_bundle.h"
-#include "oaslam/system/mapper.h"
-#include "oaslam/system/tracker.h"
+#include "oaslam/tracking/tracker.h"
 #include "synthetic_building.h"
 
 namespace oaslam {
@@ -98,8 +98,9 @@ constexpr double kStart = 0.4;  // the place of the measurements, as a share of 
 void TrackAnImage(benchmark::State& state) {
   const Building& building = BuildingOf(state);
   const Map& map = building.map();
-  Tracker tracker(SlamConfig{}, NextIdsOf(map), true);
-  tracker.SetMapping(false);
+  Tracker tracker(SlamConfig{}, true);
+  NextIds ids = NextIdsOf(map);
+  const TrackingContext context{.use = MapUse::kRead, .ids = &ids};
   Rng rng(5);
   Median median;
   const double start = building.DeskNear(kStart * static_cast<double>(state.range(0))) - 5;
@@ -108,9 +109,9 @@ void TrackAnImage(benchmark::State& state) {
     Frame frame =
         building.FrameAt(start + static_cast<double>(images) / kFramesPerKeyframe, rng).frame;
     frame.index = images++;
-    Tracker::Outcome outcome;
-    const double ms = Timed([&] { outcome = tracker.Track(frame, map); });
-    tracked += outcome.state == TrackingState::kTracking;
+    TrackingStep step;
+    const double ms = Timed([&] { step = tracker.Track(frame, map, context); });
+    tracked += step.pose.state == TrackingState::kTracking;
     if (images > 1) median.Add(ms);  // the first is relocalized
     tracker.TakeRest();
   }

@@ -15,8 +15,8 @@
 #include <thread>
 #include <vector>
 
+#include "oaslam/mapping/background_bundle.h"
 #include "oaslam/system/atlas.h"
-#include "oaslam/system/background_bundle.h"
 #include "oaslam/system/map_pipeline.h"
 #include "synthetic_world.h"
 
@@ -186,17 +186,21 @@ TEST(MappingFailure, WhatIsSubmittedLaterIsDropped) {
     config.runner.mode = mode;
     MapPipeline pipeline(config, MapOfKeyframes({5}));
     MapCommand nothing;
-    pipeline.Submit(nothing, true);
+    pipeline.Submit(nothing);
     EXPECT_EQ(pipeline.Newest()->version, 2U);
     EXPECT_FALSE(pipeline.failure());
     // Violates an invariant: no two pieces share an id.
     pipeline.Submit(
-        {0, JoiningMap{std::make_shared<const Map>(MapOfKeyframes({3, 5})), Similarity()}}, true);
+        {.edit = JoiningMap{std::make_shared<const Map>(MapOfKeyframes({3, 5})), Similarity()},
+         .is_urgent = true});
     EXPECT_EQ(pipeline.Newest()->version, 2U) << ToString(mode);
     EXPECT_EQ(pipeline.Newest()->keyframes.Ids(), std::vector{KeyframeId(5)}) << ToString(mode);
     ASSERT_TRUE(pipeline.failure()) << ToString(mode);
     EXPECT_THROW(std::rethrow_exception(pipeline.failure()), std::logic_error);
-    for (int i = 0; i < 20; ++i) pipeline.Submit(nothing, i % 2 == 0);
+    for (int i = 0; i < 20; ++i) {
+      nothing.is_urgent = i % 2 == 0;
+      pipeline.Submit(nothing);
+    }
     EXPECT_EQ(pipeline.SnapshotFor(1000)->version, 2U) << ToString(mode);
     EXPECT_EQ(pipeline.Finish()->version, 2U) << ToString(mode);
   }

@@ -134,13 +134,15 @@ void FrameMaker::Check(const ImageInput& input) const {
 }
 
 Frame FrameMaker::MakeWithoutFeatures(const ImageInput& input, int index) const {
-  return {index,
-          input.timestamp,
-          0,
-          nothing_,
-          IdealDetections(camera_, input.detections),
-          input.detections_follow,
-          input.gravity_in_cam};
+  Frame frame{index,
+              input.timestamp,
+              0,
+              nothing_,
+              IdealDetections(camera_, input.detections),
+              input.detections_follow,
+              input.gravity_in_cam};
+  frame.features_skipped = true;
+  return frame;
 }
 
 Frame FrameMaker::Make(const ImageInput& input, int index, int keypoints,
@@ -148,6 +150,7 @@ Frame FrameMaker::Make(const ImageInput& input, int index, int keypoints,
   Check(input);
   const cv::Mat grey = ToGrey(input.image);
   Frame frame = MakeWithoutFeatures(input, index);
+  frame.features_skipped = false;
   frame.features = std::make_shared<const Features>(
       ExtractStatic(ViewOf(grey), keypoints, MovingBoxes(frame, classes)));
   if (has_learned_)

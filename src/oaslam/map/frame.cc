@@ -32,4 +32,11 @@ std::optional<Rigid3> CamFromOdom(const FrameMotion& earlier, const FrameMotion&
   return std::nullopt;
 }
 
+void TrackedFrame::ScaleLengths(double factor) {
+  cam_from_world.translation *= factor;
+  cam_from_reference.translation *= factor;
+  covariance.topRows<3>() *= factor;
+  covariance.leftCols<3>() *= factor;
+}
+
 }  // namespace oaslam

@@ -63,6 +63,8 @@ struct Frame {
   std::shared_ptr<const FrameMotion> motion{};      // null where it is not known
   // At the resolution of the features, for learned descriptors; null: there will be none.
   std::shared_ptr<const GreyBuffer> image{};
+  // No features were extracted: the pose is to be by the motion alone.
+  bool features_skipped = false;
 };
 
 // Whether it is known how the camera moved between two images.
@@ -82,6 +84,11 @@ struct TrackedFrame {
   Rigid3 cam_from_reference;
   std::vector<LandmarkId> landmarks;  // by key point; invalid where unmatched
   int inliers = 0;
+  // Of the pose, given the landmarks.
+  PoseCovariance covariance = PoseCovariance::Zero();
+
+  // Follows a map of which all lengths were multiplied by `factor`.
+  void ScaleLengths(double factor);
 };
 
 }  // namespace oaslam

@@ -4,90 +4,120 @@
 
 #include <algorithm>
 #include <functional>
-#include <iterator>
 #include <utility>
 #include <vector>
 
 #include "oaslam/map/renumbering.h"
+#include "oaslam/mapping/keyframe_description.h"
+#include "oaslam/mapping/piece_joining.h"
 #include "oaslam/objects/moved_objects.h"
-#include "oaslam/pieces/keyframe_description.h"
-#include "oaslam/pieces/keyframe_search.h"
-#include "oaslam/pieces/piece_joining.h"
+#include "oaslam/system/keyframe_search.h"
+#include "oaslam/tracking/continuity.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
 namespace {
 
 constexpr double kPatience = 0.33;  // seconds; most losses are shorter
-// Seconds in which a camera that was found again is tracked in both pieces: mostly they are joined.
+// Seconds in which a camera that was found again is tracked in both submaps: mostly they are
+// joined.
 constexpr double kInBoth = 0.5;
 
-// An empty map with the same cameras and class relations, whose versions go on from there.
+// An empty map with the same cameras and class relations, whose versions and landmarks go on from
+// there.
 Map EmptyLike(const Map& map) {
   Map empty;
   empty.cameras = map.cameras;
   empty.classes = map.classes;
   empty.version = map.version;
+  empty.next_landmark = map.next_landmark;
   return empty;
 }
 
-bool IsLost(const Tracker::Outcome& outcome) {
-  return outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects;
+bool IsLost(const ImagePose& pose) {
+  return pose.state == TrackingState::kLost || pose.state == TrackingState::kObjects;
 }
 
 // There is no map yet.
-bool IsBeginning(const Tracker::Outcome& outcome) {
-  return outcome.state == TrackingState::kInitializing ||
-         outcome.state == TrackingState::kPreliminary;
+bool IsBeginning(const ImagePose& pose) {
+  return pose.state == TrackingState::kInitializing || pose.state == TrackingState::kPreliminary;
+}
+
+// Joins another submap with the map of a session; false where the camera would jump between them.
+bool Join(const Piece& other, const Similarity& world_from_other, Session& session) {
+  if (!IsContinuous(*session.snapshot(), session.tracker().trajectory(), other.map,
+                    other.trajectory, world_from_other) ||
+      !session.Join(other.map, world_from_other))
+    return false;
+  Log(LogLevel::kInfo,
+      fmt::format("frame {}: a submap of {} keyframes, from frame {} on, was joined",
+                  session.tracker().newest_frame(), other.map.keyframes.size(),
+                  other.map.keyframes.At(other.map.keyframes.First()).frame_index));
+  return true;
 }
 
 }  // namespace
 
 Atlas::Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Piece> others)
-    : config_(config), is_loaded_(is_loaded) {
-  for (Piece& piece : others) {
-    piece.map.cameras = map.cameras;
-    waiting_.push_back({std::move(piece), ++last_number_, Relocalizer(config_)});
+    : config_(config), is_loaded_(is_loaded), ids_(NextIdsOf(map)) {
+  const std::vector<Camera> cameras = map.cameras;
+  main_ = &Begin(std::move(map), is_loaded);
+  for (Piece& other : others) {
+    other.map.cameras = cameras;
+    submaps_.push_back({next_number_++, nullptr, std::move(other), Relocalizer(config_)});
   }
-  const NextIds ids = NextIdsOf(map);
-  main_ = MakeSession(std::move(map), ids, is_loaded);
 }
 
-// New ids begin at `ids`. `has_map`: the camera is looked for in `map`, and no initial map is made.
-std::unique_ptr<Session> Atlas::MakeSession(Map map, const NextIds& ids, bool has_map) const {
-  map.next_landmark = ids.landmark;
-  auto session = std::make_unique<Session>(config_, std::move(map), ids, has_map);
-  session->tracker().SetRelocalizationMode(mode_);
-  session->tracker().SetMapping(mapping_);
-  return session;
+// Adds a submap in which the camera is tracked. `has_map`: it is looked for in `map`, and no
+// initial map is made.
+Submap& Atlas::Begin(Map map, bool has_map) {
+  submaps_.push_back({next_number_++,
+                      std::make_unique<Session>(config_, std::move(map), has_map),
+                      {},
+                      Relocalizer(config_)});
+  return submaps_.back();
+}
+
+TrackingContext Atlas::MainContext() {
+  return {!mapping_ ? MapUse::kRead : growing_ ? MapUse::kHold : MapUse::kExtend, mode_, &ids_};
 }
 
 bool Atlas::NeedsFeatures(double timestamp, const FrameMotion* motion) const {
-  return growing_ || lost_since_ || main_->tracker().NeedsFeatures(timestamp, motion);
+  return growing_ || lost_since_ || main().tracker().NeedsFeatures(timestamp, motion);
 }
 
-Tracker::Outcome Atlas::Process(const Frame& frame) {
-  // Searches take more time than tracking: while a piece grows, each third image at 30 Hz.
+TrackingStep Atlas::Process(const Frame& frame) {
+  // Searches take more time than tracking: while a submap grows, each third image at 30 Hz.
   constexpr double kSeconds = 0.09;
   const bool looks = !growing_ || !last_vain_look_ || frame.timestamp - *last_vain_look_ > kSeconds;
-  // What a growing piece is to be joined with makes no ids that it has, too.
-  main_->tracker().SetAnotherGrows(growing_.has_value());
-  if (growing_) main_->tracker().SkipObjectsOf(growing_->session->tracker());
-  Tracker::Outcome outcome = looks ? main_->Process(frame) : main_->PassOver(frame);
-  const bool is_vain = IsLost(outcome) && !outcome.located;
+  TrackingStep step =
+      looks ? main().Process(frame, MainContext()) : main().PassOver(frame, MainContext());
+  const bool is_vain = IsLost(step.pose) && !step.located;
   if (looks) last_vain_look_ = is_vain ? std::optional(frame.timestamp) : std::nullopt;
-  if (outcome.gives_up) {  // the main piece is too small to find the camera again
-    Park(*main_);
-    Lead(MakeSession(EmptyLike(*main_->snapshot()), {}, false), ++last_number_);
-  }
-  return mapping_ ? UpdateGrowingPiece(frame, std::move(outcome)) : outcome;
+  if (main().tracker().HasGivenUp()) return GoOnElsewhere(frame);
+  if (mapping_ && !IsBeginning(step.pose)) step.pose = ProcessGrowing(frame, step);
+  return step;
 }
 
-// After a frame was processed in the main piece: begins, continues, joins, promotes or ends the
-// growing piece. Returns the outcome to report.
-Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome outcome) {
-  if (IsBeginning(outcome)) return outcome;
-  const bool is_found = !IsLost(outcome);
+// The main submap is too small to find the camera again: the growing one leads, or an empty one.
+TrackingStep Atlas::GoOnElsewhere(const Frame& frame) {
+  Submap& given_up = *main_;
+  lost_since_.reset();
+  last_vain_look_.reset();
+  if (growing_) {
+    Lead(*std::exchange(growing_, std::nullopt)->submap);
+    Rest(given_up);
+    return main().Process(frame, MainContext());
+  }
+  Lead(Begin(EmptyLike(*given_up.session->snapshot()), false));
+  Rest(given_up);
+  return {{.state = TrackingState::kInitializing}};
+}
+
+// After a frame was processed in the main submap: begins, continues, joins, promotes or ends the
+// growing one. Returns the pose to report.
+ImagePose Atlas::ProcessGrowing(const Frame& frame, const TrackingStep& in_main) {
+  const bool is_found = !IsLost(in_main.pose);
   const auto note = [&](bool is_so, std::optional<double>& since) {
     if (!is_so || !since) since = is_so ? std::optional(frame.timestamp) : std::nullopt;
   };
@@ -95,55 +125,51 @@ Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome 
     return since && frame.timestamp - *since >= seconds;
   };
   note(!is_found, lost_since_);
-  if (outcome.is_keyframe) LookFor(frame, *main_);
-  if (!growing_ && !have_passed(kPatience, lost_since_)) return outcome;
-  if (!growing_ || (!is_found && have_passed(kPatience, growing_->lost_since))) BeginGrowingPiece();
-  Session& session = *growing_->session;
-  session.tracker().SkipObjectsOf(main_->tracker());
-  const Tracker::Outcome there = session.Process(frame);
-  note(IsLost(there), growing_->lost_since);
+  if (in_main.keyframe) LookFor(frame, main());
+  if (!growing_ && !have_passed(kPatience, lost_since_)) return in_main.pose;
+  if (!growing_ || (!is_found && have_passed(kPatience, growing_->lost_since))) BeginGrowing();
+  Session& session = growing_->session();
+  const TrackingStep there = session.Process(frame, GrowingContext());
+  note(IsLost(there.pose), growing_->lost_since);
   note(is_found, growing_->found_since);
-  if (there.gives_up || have_passed(kInBoth, growing_->found_since)) {
-    EndGrowingPiece();
-    return outcome;
+  if (session.tracker().HasGivenUp() || have_passed(kInBoth, growing_->found_since)) {
+    EndGrowing();
+    return in_main.pose;
   }
-  if (outcome.located) growing_->to_main.Add(frame.index, *outcome.located);
-  if (there.is_keyframe) LookFor(frame, session);
-  if (!JoinGrowingPiece()) {
+  if (in_main.located) growing_->to_main.Add(frame.index, *in_main.located);
+  if (there.keyframe) LookFor(frame, session);
+  if (!JoinGrowing()) {
     const bool is_larger =
-        session.snapshot()->keyframes.size() > main_->snapshot()->keyframes.size();
-    if (!is_larger || is_found || IsLost(there) || MustStayMain()) return outcome;
-    Park(*main_);
-    Lead(std::move(growing_->session), ++last_number_);
-    growing_.reset();
+        session.snapshot()->keyframes.size() > main().snapshot()->keyframes.size();
+    if (!is_larger || is_found || IsLost(there.pose) || MustStayMain()) return in_main.pose;
+    Submap& smaller = *main_;
+    Lead(*std::exchange(growing_, std::nullopt)->submap);
+    Rest(smaller);
   }
   lost_since_.reset();
-  const Tracker::Outcome now = main_->tracker().Present(*main_->snapshot());
-  return now.cam_from_world ? now : outcome;
+  const ImagePose now = main().tracker().Present(*main().snapshot(), MainContext());
+  return now.cam_from_world ? now : in_main.pose;
 }
 
-// Ends the piece that is being made, if there is one, and begins a new one.
-void Atlas::BeginGrowingPiece() {
-  EndGrowingPiece();
-  main_->Submit(AdoptAdjustment{});
-  growing_ = Growing{MakeSession(EmptyLike(*main_->snapshot()), main_->FreeIds(), false)};
+// Ends the submap that grows, if there is one, and begins another.
+void Atlas::BeginGrowing() {
+  EndGrowing();
+  main().Submit(AdoptAdjustment{});
+  growing_ = Growth{&Begin(EmptyLike(*main().snapshot()), false)};
 }
 
-// Ends the growing piece, if there is one: it waits.
-void Atlas::EndGrowingPiece() {
-  if (!growing_) return;
-  Park(*growing_->session);
-  End(std::move(growing_->session));
-  growing_.reset();
+// Ends the growing submap, if there is one: it waits.
+void Atlas::EndGrowing() {
+  if (growing_) Rest(*std::exchange(growing_, std::nullopt)->submap);
 }
 
-// Joins the growing piece with the main one, in which a camera that is lost there is then tracked
-// as it was in the growing one. Returns false, and leaves the pieces as they are, where the
+// Joins the growing submap with the main one, in which a camera that is lost there is then tracked
+// as it was in the growing one. Returns false, and leaves the submaps as they are, where the
 // transformation is not known yet, the camera is lost or would jump, or the mapping of the main
-// piece has failed.
-bool Atlas::JoinGrowingPiece() {
+// submap has failed.
+bool Atlas::JoinGrowing() {
   constexpr size_t kMinKeyframes = 5;  // smaller maps have hardly any parallax
-  Session& session = *growing_->session;
+  Session& session = growing_->session();
   if (growing_->lost_since || session.snapshot()->keyframes.size() < kMinKeyframes) return false;
   const auto align = [&] {
     return growing_->to_main.Align(*session.snapshot(), session.tracker().trajectory());
@@ -151,122 +177,151 @@ bool Atlas::JoinGrowingPiece() {
   // First on the map that the tracker saw, since the newest one must be waited for, and may have
   // moved.
   if (!align()) return false;
-  const Piece piece{*session.Newest(), session.tracker().trajectory()};
+  const Piece content{*session.Newest(), session.tracker().trajectory()};
   const std::optional<PieceAlignment> alignment = align();
-  if (!alignment || !Join(piece, alignment->other_from_this, *main_)) return false;
+  if (!alignment || !Join(content, alignment->other_from_this, main())) return false;
   if (!failure_) failure_ = session.failure();
-  main_->tracker().GoOnAs(std::move(session.tracker()), alignment->other_from_this.scale);
-  End(std::move(growing_->session));
-  growing_.reset();
+  main().tracker().GoOnAs(std::move(session.tracker()), alignment->other_from_this.scale);
+  Submap& joined = *std::exchange(growing_, std::nullopt)->submap;
+  End(std::move(joined.session));
+  Erase(joined);
   return true;
 }
 
-// Looks for a keyframe of a session in one of the waiting pieces, in turn, and joins that piece
-// with the session's map once its place is known.
+// Looks for a keyframe of a session in one of the waiting submaps, in turn, and joins that one with
+// the session's map once its place is known.
 void Atlas::LookFor(const Frame& keyframe, Session& session) {
-  if (waiting_.empty()) return;
-  const auto waiting =
-      std::next(waiting_.begin(), static_cast<std::ptrdiff_t>(turn_++ % waiting_.size()));
+  const std::vector<Submap*> all = Waiting();
+  if (all.empty()) return;
+  Submap& waiting = *all[turn_++ % all.size()];
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
-  const Map& other = waiting->piece.map;
-  const Relocalization found = waiting->relocalizer.Find(keyframe, other, mode_, rng);
+  const Map& other = waiting.content.map;
+  const Relocalization found = waiting.relocalizer.Find(keyframe, other, mode_, rng);
   if (!found.IsFound()) return;
-  waiting->link.AddKeyframe(keyframe.index, found, other);
+  waiting.link.AddKeyframe(keyframe.index, found, other);
   const auto align = [&] {
-    return waiting->link.Align(*session.snapshot(), session.tracker().trajectory());
+    return waiting.link.Align(*session.snapshot(), session.tracker().trajectory());
   };
   if (!align()) return;
   session.Submit(AdoptAdjustment{});  // queued commands may still move the map
-  const auto piece_from_world = align();
-  if (!piece_from_world) return;
-  if (JoinWaiting(waiting->piece, piece_from_world->other_from_this.Inverse(), session))
-    waiting_.erase(waiting);
+  const auto waiting_from_world = align();
+  if (!waiting_from_world) return;
+  if (JoinWaiting(waiting, waiting_from_world->other_from_this.Inverse(), session)) Erase(waiting);
 }
 
-// Joins a piece with the map of a session; false where the camera would jump between them.
-bool Atlas::Join(const Piece& piece, const Similarity& world_from_piece, Session& session) {
-  if (!IsContinuous(*session.snapshot(), session.tracker().trajectory(), piece.map,
-                    piece.trajectory, world_from_piece) ||
-      !session.Join(piece.map, world_from_piece))
-    return false;
-  Log(LogLevel::kInfo,
-      fmt::format("frame {}: a piece of {} keyframes, from frame {} on, was joined",
-                  session.tracker().newest_frame(), piece.map.keyframes.size(),
-                  piece.map.keyframes.At(piece.map.keyframes.First()).frame_index));
+// The first ids that are free in the map of a session.
+NextIds Atlas::FreeIdsIn(Session& session) const {
+  return {ids_.keyframe, session.Newest()->next_landmark, ids_.object};
+}
+
+bool Atlas::JoinWaiting(const Submap& waiting, const Similarity& world_from_waiting,
+                        Session& session) {
+  const Piece joining = Renumbered(waiting.content, FreeIdsIn(session));
+  if (!Join(joining, world_from_waiting, session)) return false;
+  ids_ = Behind(ids_, NextIdsOf(joining.map));
+  session.tracker().Adopt(joining.trajectory, world_from_waiting.scale);
   return true;
 }
 
-bool Atlas::JoinWaiting(const Piece& piece, const Similarity& world_from_piece, Session& session) {
-  const Piece joining = Renumbered(piece, session.FreeIds());
-  if (!Join(joining, world_from_piece, session)) return false;
-  session.tracker().Adopt(joining, world_from_piece.scale);
-  return true;
-}
-
-bool Atlas::JoinWaiting(const Waiting& waiting, Waiting& into) const {
-  auto& [map, trajectory] = into.piece;
-  const auto world_from_piece = PlaceIn(map, trajectory, waiting, into.relocalizer);
-  if (!world_from_piece || !IsContinuous(map, trajectory, waiting.piece.map,
-                                         waiting.piece.trajectory, *world_from_piece))
+bool Atlas::JoinWaiting(const Submap& waiting, Submap& into) const {
+  auto& [map, trajectory] = into.content;
+  const Piece& other = waiting.content;
+  const auto world_from_other = PlaceIn(map, trajectory, waiting, into.relocalizer);
+  if (!world_from_other ||
+      !IsContinuous(map, trajectory, other.map, other.trajectory, *world_from_other))
     return false;
-  const Piece joining = Renumbered(waiting.piece, NextIdsOf(map));
+  const Piece joining = Renumbered(other, NextIdsOf(map));
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
-  JoinPiece(joining.map, *world_from_piece, config_, rng, map);
-  AdoptPoses(joining.trajectory, world_from_piece->scale, trajectory);
+  JoinPiece(joining.map, *world_from_other, config_, rng, map);
+  AdoptPoses(joining.trajectory, world_from_other->scale, trajectory);
   ++map.version;
   return true;
 }
 
-// The place of a waiting piece in another map: by its keyframes that are found there, or by frames
+// The place of a waiting submap in another map: by its keyframes that are found there, or by frames
 // of the other one that were found in it.
 std::optional<Similarity> Atlas::PlaceIn(const Map& world, const std::vector<FramePose>& trajectory,
-                                         const Waiting& waiting, Relocalizer& relocalizer) const {
+                                         const Submap& waiting, Relocalizer& relocalizer) const {
+  const auto& [map, own_trajectory] = waiting.content;
   PieceLink link;
-  FindKeyframes(waiting.piece, world, mode_, {}, config_, relocalizer, link);
-  if (const auto found = link.Align(waiting.piece.map, waiting.piece.trajectory))
-    return found->other_from_this;
+  FindKeyframes(waiting.content, world, mode_, {}, config_, relocalizer, link);
+  if (const auto found = link.Align(map, own_trajectory)) return found->other_from_this;
   const auto seen = waiting.link.Align(world, trajectory);
   return seen ? std::optional(seen->other_from_this.Inverse()) : std::nullopt;
 }
 
-// Joins waiting pieces with the main one and with each other.
+std::vector<Submap*> Atlas::Waiting() {
+  std::vector<Submap*> waiting;
+  for (Submap& submap : submaps_)
+    if (submap.IsWaiting()) waiting.push_back(&submap);
+  return waiting;
+}
+
+// Joins waiting submaps with the main one and with each other.
 void Atlas::JoinAll() {
-  waiting_.sort([](const Waiting& a, const Waiting& b) { return a.keyframes() > b.keyframes(); });
-  // After each piece anew, since more may be found in what has become larger.
-  const auto join_others = [&](const auto& first, const auto& join) {
-    const auto next = [&] { return std::find_if(first(), waiting_.end(), join); };
-    for (auto joined = next(); joined != waiting_.end(); joined = next()) waiting_.erase(joined);
+  std::vector<Submap*> waiting = Waiting();
+  std::ranges::stable_sort(waiting, std::greater(), &Submap::keyframes);
+  // After each one anew, since more may be found in what has become larger.
+  const auto join_all = [&](size_t first, const auto& join) {
+    const auto next = [&] {
+      return std::find_if(waiting.begin() + static_cast<std::ptrdiff_t>(first), waiting.end(),
+                          [&](const Submap* submap) { return join(*submap); });
+    };
+    for (auto joined = next(); joined != waiting.end(); joined = next()) {
+      Erase(**joined);
+      waiting.erase(joined);
+    }
   };
   Relocalizer relocalizer(config_);
-  join_others([&] { return waiting_.begin(); },
-              [&](const Waiting& waiting) {
-                const auto world_from_piece = PlaceIn(
-                    *main_->snapshot(), main_->tracker().trajectory(), waiting, relocalizer);
-                return world_from_piece && JoinWaiting(waiting.piece, *world_from_piece, *main_);
-              });
-  for (auto into = waiting_.begin(); into != waiting_.end(); ++into)
-    join_others([&] { return std::next(into); },
-                [&](const Waiting& waiting) { return JoinWaiting(waiting, *into); });
+  join_all(0, [&](const Submap& submap) {
+    const auto world_from_submap =
+        PlaceIn(*main().snapshot(), main().tracker().trajectory(), submap, relocalizer);
+    return world_from_submap && JoinWaiting(submap, *world_from_submap, main());
+  });
+  for (size_t i = 0; i < waiting.size(); ++i)
+    join_all(i + 1, [&](const Submap& submap) { return JoinWaiting(submap, *waiting[i]); });
 }
 
-// Exchanges the main piece with a larger waiting one, if there is one.
+// Exchanges the main submap with a larger waiting one, if there is one.
 void Atlas::PromoteLargest() {
-  const auto largest = std::ranges::max_element(waiting_, {}, &Waiting::keyframes);
-  if (MustStayMain() || largest == waiting_.end() ||
-      largest->keyframes() <= main_->snapshot()->keyframes.size())
+  const std::vector<Submap*> waiting = Waiting();
+  const auto largest = std::ranges::max_element(waiting, {}, &Submap::keyframes);
+  if (MustStayMain() || largest == waiting.end() ||
+      (*largest)->keyframes() <= main().snapshot()->keyframes.size())
     return;
-  Park(*main_);
-  const NextIds ids = NextIdsOf(largest->piece.map);
-  Lead(MakeSession(std::move(largest->piece.map), ids, true), largest->number);
-  main_->tracker().Adopt({{}, std::move(largest->piece.trajectory)}, 1);
-  waiting_.erase(largest);
+  Submap& submap = **largest;
+  Piece content = std::exchange(submap.content, {});
+  ids_ = Behind(ids_, NextIdsOf(content.map));
+  submap.session = std::make_unique<Session>(config_, std::move(content.map), true);
+  submap.session->tracker().Adopt(content.trajectory, 1);
+  Submap& smaller = *main_;
+  Lead(submap);
+  Rest(smaller);
 }
 
-// Makes the map of a session the main piece.
-void Atlas::Lead(std::unique_ptr<Session> session, int number) {
-  End(std::exchange(main_, std::move(session)));
-  main_number_ = number;
+// Makes a submap in which the camera is tracked the main one.
+void Atlas::Lead(Submap& submap) {
+  main_ = &submap;
   is_loaded_ = false;
+}
+
+// Ends the session of a submap, which waits from then on with all that its tracker has seen; one
+// that is empty goes. Keeps its failure.
+void Atlas::Rest(Submap& submap) {
+  Session& session = *submap.session;
+  session.SubmitRest(AdoptAdjustment{});  // the adjustment would end with the session
+  if (!failure_) failure_ = session.failure();
+  session.tracker().RefineTrajectory(*session.snapshot());
+  submap.content = {*session.snapshot(), session.tracker().trajectory()};
+  End(std::move(submap.session));
+  if (submap.content.map.keyframes.empty()) return Erase(submap);
+  DescribeKeyframes(submap.content.map);
+  const auto it = std::ranges::find(submaps_, &submap, [](const Submap& s) { return &s; });
+  submaps_.splice(submaps_.end(), submaps_, it);
+}
+
+void Atlas::Erase(const Submap& submap) {
+  submaps_.remove_if([&](const Submap& other) { return &other == &submap; });
 }
 
 // Destroys a session; its background adjustment takes some tenths of a second to stop. In live mode
@@ -277,117 +332,90 @@ void Atlas::End(std::unique_ptr<Session> session) {
     ending_ = std::jthread([session = std::move(session)]() mutable { session.reset(); });
 }
 
-// A session's map, with all that its tracker has seen, and its trajectory. Keeps its failure.
-Piece Atlas::Completed(Session& session) {
-  session.SubmitRest(AdoptAdjustment{});  // the adjustment would end with the session
-  if (!failure_) failure_ = session.failure();
-  session.tracker().RefineTrajectory(*session.snapshot());
-  return {*session.snapshot(), session.tracker().trajectory()};
-}
-
-// Copies a session's piece to the waiting ones, unless it is empty.
-void Atlas::Park(Session& session) {
-  Piece piece = Completed(session);
-  if (piece.map.keyframes.empty()) return;
-  DescribeKeyframes(piece.map);
-  const int number = &session == main_.get() ? main_number_ : ++last_number_;
-  waiting_.push_back({std::move(piece), number, Relocalizer(config_)});
-}
-
 std::vector<Piece> Atlas::Others() {
   std::vector<Piece> others;
-  for (const Waiting& waiting : waiting_) others.push_back(waiting.piece);
+  for (const Submap* waiting : Waiting()) others.push_back(waiting->content);
   if (growing_) {
-    const std::shared_ptr<const Map> map = growing_->session->Mapped();
+    const std::shared_ptr<const Map> map = growing_->session().Mapped();
     if (!map->keyframes.empty()) {
-      others.push_back({*map, growing_->session->tracker().trajectory()});
+      others.push_back({*map, growing_->session().tracker().trajectory()});
       DescribeKeyframes(others.back().map);
     }
   }
   std::ranges::stable_sort(others, std::greater(),
-                           [](const Piece& piece) { return piece.map.keyframes.size(); });
-  NextIds free = NextIdsOf(*main_->Mapped());
-  for (Piece& piece : others) {
-    piece = Renumbered(piece, free);
-    free = NextIdsOf(piece.map);
+                           [](const Piece& other) { return other.map.keyframes.size(); });
+  NextIds free = NextIdsOf(*main().Mapped());
+  for (Piece& other : others) {
+    other = Renumbered(other, free);
+    free = NextIdsOf(other.map);
   }
   return others;
 }
 
-// Whether the user needs poses in the frame of the main piece: it was loaded, has anchors, or was
+// Whether the user needs poses in the frame of the main submap: it was loaded, has anchors, or was
 // scaled to metres by the user.
 bool Atlas::MustStayMain() const {
-  const Map& map = *main_->snapshot();
+  const Map& map = *main().snapshot();
   return (is_loaded_ && !map.keyframes.empty()) || !map.anchors.empty() || map.is_metric;
 }
 
 void Atlas::Finish() {
   if (growing_) {
-    growing_->session->Newest();
-    if (!JoinGrowingPiece()) EndGrowingPiece();
+    growing_->session().Newest();
+    if (!JoinGrowing()) EndGrowing();
   }
   if (mapping_ && !failure()) {
-    main_->SubmitRest();
+    main().SubmitRest();
     JoinAll();
     PromoteLargest();
   }
-  main_->Finish();
+  main().Finish(MainContext().use);
   if (mapping_ && !failure())
-    for (Waiting& waiting : waiting_) OptimizePiece(config_, waiting.piece.map);
+    for (Submap* waiting : Waiting()) OptimizePiece(config_, waiting->content.map);
 }
 
 std::exception_ptr Atlas::failure() {
   if (failure_) return failure_;
-  if (const std::exception_ptr failure = main_->failure()) return failure;
-  return growing_ ? growing_->session->failure() : nullptr;
+  if (const std::exception_ptr failure = main().failure()) return failure;
+  return growing_ ? growing_->session().failure() : nullptr;
 }
 
-std::optional<Tracker::Outcome> Atlas::AddDetections(
-    int frame_index, const std::vector<ObjectDetection>& detections) {
-  // Both pieces may make objects of them, with different ids.
-  if (growing_) main_->tracker().SkipObjectsOf(growing_->session->tracker());
-  std::optional<Tracker::Outcome> outcome = main_->AddDetections(frame_index, detections);
-  if (outcome && outcome->state == TrackingState::kRelocalized) {
+std::optional<TrackingStep> Atlas::AddDetections(int frame_index,
+                                                 const std::vector<ObjectDetection>& detections) {
+  std::optional<TrackingStep> step = main().AddDetections(frame_index, detections, MainContext());
+  if (step && step->pose.state == TrackingState::kRelocalized) {
     lost_since_.reset();
     last_vain_look_.reset();
   }
-  if (!growing_) return outcome;
-  growing_->session->tracker().SkipObjectsOf(main_->tracker());
-  growing_->session->AddDetections(frame_index, detections);
-  if (outcome && outcome->located) growing_->to_main.Add(frame_index, *outcome->located);
-  return outcome;
-}
-
-void Atlas::SetRelocalizationMode(RelocalizationMode mode) {
-  mode_ = mode;
-  main_->tracker().SetRelocalizationMode(mode);
-  if (growing_) growing_->session->tracker().SetRelocalizationMode(mode);
+  if (!growing_) return step;
+  growing_->session().AddDetections(frame_index, detections, GrowingContext());
+  if (step && step->located) growing_->to_main.Add(frame_index, *step->located);
+  return step;
 }
 
 void Atlas::SetMapping(bool enabled) {
   if (mapping_ == enabled) return;
-  if (!enabled) main_->SubmitRest();
-  EndGrowingPiece();
+  if (!enabled) main().SubmitRest();
+  EndGrowing();
   lost_since_.reset();
   mapping_ = enabled;
-  main_->tracker().SetMapping(enabled);
 }
 
 void Atlas::SetMetresPerUnit(double metres) {
-  EndGrowingPiece();
-  main_->ScaleToMetres(metres);
+  EndGrowing();
+  main().ScaleToMetres(metres);
 }
 
 void Atlas::ForceRelocalization(const std::optional<Rigid3>& near) {
-  main_->tracker().ForceRelocalization(near);
-  EndGrowingPiece();
+  main().tracker().ForceRelocalization(near);
+  EndGrowing();
   lost_since_.reset();
 }
 
 void Atlas::SetClassRelations(const ClassRelations& relations) {
-  for (Waiting& waiting : waiting_) oaslam::SetClassRelations(relations, waiting.piece.map);
-  if (growing_) growing_->session->Submit(relations);
-  main_->Submit(relations);
+  for (Submap* waiting : Waiting()) oaslam::SetClassRelations(relations, waiting->content.map);
+  if (growing_) growing_->session().Submit(relations);
+  main().Submit(relations);
 }
 
 }  // namespace oaslam

@@ -10,28 +10,42 @@
 #include "oaslam/config.h"
 #include "oaslam/localization/relocalizer.h"
 #include "oaslam/map/piece.h"
-#include "oaslam/pieces/piece_link.h"
+#include "oaslam/system/piece_link.h"
 #include "oaslam/system/session.h"
 
 namespace oaslam {
 
-// All pieces of map of a run: the main piece, in whose frame poses are reported; a growing piece,
-// in which the camera is tracked while it is lost in the main one; and waiting pieces, whose place
-// in the others is not known yet. Each piece has ids of its own. Pieces are joined as soon as
-// enough frames have a pose in both, by points or objects. No piece is dropped. Without mapping, no
-// piece grows.
-// - Once the camera has been lost for a while, a piece begins to grow. The camera is still looked
-//   for in the main piece.
+// A submap of a run: a map with its own frame and unit, and the poses of the frames from which it
+// was made. The camera is tracked in it, or it waits until its place in the others is known.
+struct Submap {
+  int number = 0;                    // of a run, each has its own
+  std::unique_ptr<Session> session;  // null: it waits
+  // Of one that waits.
+  Piece content{};
+  Relocalizer relocalizer;  // with an index of its places
+  PieceLink link{};         // poses in it of frames that are tracked in another
+
+  bool IsWaiting() const { return !session; }
+  // Of one that waits.
+  size_t keyframes() const { return content.map.keyframes.size(); }
+};
+
+// All submaps of a run, in one container. One is the main submap, in whose frame poses are
+// reported; in a second one, which grows, the camera is tracked while it is lost in the main one;
+// the others wait. Submaps are joined as soon as enough frames have a pose in both, by points or
+// objects. None is dropped. Without mapping, none grows.
+// - Once the camera has been lost for a while, a submap begins to grow. The camera is still looked
+//   for in the main one.
 // - While it is found there by objects only, both are kept up until the transformation between them
 //   is known (paper, section "Application to AR": resuming SLAM).
 // - Once it is found there by points, both are kept up for half a second more. Then, or where it is
-//   lost in the growing piece, too, that piece waits.
-// - A growing piece that has become larger than the main one takes its place, while the camera is
-//   lost in the main one. A main piece that was loaded, has anchors or is in metres keeps its
-//   place.
+//   lost in the growing submap, too, that one waits.
+// - A growing submap takes the place of the main one when it has become larger, while the camera is
+//   lost in the main one, or when that is given up, being too small to find the camera again. A
+//   main submap that was loaded, has anchors or is in metres keeps its place.
 class Atlas {
  public:
-  // `is_loaded`: the camera is looked for in `map`, which stays the main piece unless it is empty,
+  // `is_loaded`: the camera is looked for in `map`, which stays the main submap unless it is empty,
   // and no initial map is made.
   Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Piece> others);
 
@@ -39,83 +53,87 @@ class Atlas {
   // was last looked for. `motion`: null as long as it is not known.
   bool NeedsFeatures(double timestamp, const FrameMotion* motion) const;
   // Tracks the next frame.
-  Tracker::Outcome Process(const Frame& frame);
+  TrackingStep Process(const Frame& frame);
   // Detections of a frame that was processed before.
-  std::optional<Tracker::Outcome> AddDetections(int frame_index,
-                                                const std::vector<ObjectDetection>& detections);
-  // Joins the pieces that can be joined, makes the largest one the main piece unless that must keep
+  std::optional<TrackingStep> AddDetections(int frame_index,
+                                            const std::vector<ObjectDetection>& detections);
+  // Joins the submaps that can be joined, makes the largest one the main one unless that must keep
   // its place, and waits for the last optimisation. Without mapping the map does not change.
   void Finish();
-  // The exception that ended the mapping of any piece (MapPipeline); null while mapping works. The
-  // caller gives no more frames then. All pieces are kept. Where the mapping of the main piece
+  // The exception that ended the mapping of any submap (MapPipeline); null while mapping works. The
+  // caller gives no more frames then. All submaps are kept. Where the mapping of the main one
   // still works, Finish joins the growing one with it if it can, and optimises it. It leaves the
   // waiting ones as they are.
   std::exception_ptr failure();
 
-  void SetRelocalizationMode(RelocalizationMode mode);
+  void SetRelocalizationMode(RelocalizationMode mode) { mode_ = mode; }
   void SetMapping(bool enabled);
   void ForceRelocalization(const std::optional<Rigid3>& near);
-  // Scales the main piece to metres.
+  // Scales the main submap to metres.
   void SetMetresPerUnit(double metres);
   void SetClassRelations(const ClassRelations& relations);
 
   bool IsInitializing() const {
-    return main_->tracker().IsInitializing() ||
-           (growing_ && growing_->session->tracker().IsInitializing());
+    return main().tracker().IsInitializing() ||
+           (growing_ && growing_->session().tracker().IsInitializing());
   }
-  Session& main() { return *main_; }
-  const Session& main() const { return *main_; }
-  // The number of the main piece, in whose frame poses are reported. Each piece has its own number.
-  int main_number() const { return main_number_; }
-  // All pieces but the main one, by descending number of keyframes, numbered so that no two pieces
-  // share an id. Waits for the mapping of the growing one.
+  bool IsMapping() const { return mapping_; }
+  Session& main() { return *main_->session; }
+  const Session& main() const { return *main_->session; }
+  // The number of the main submap, in whose frame poses are reported.
+  int main_number() const { return main_->number; }
+  // All submaps but the main one, by descending number of keyframes, numbered so that no two share
+  // an id. Waits for the mapping of the growing one.
   std::vector<Piece> Others();
 
  private:
-  struct Growing {
-    std::unique_ptr<Session> session;
+  // The submap that grows.
+  struct Growth {
+    Submap* submap;
     std::optional<double> lost_since{}, found_since{};  // in it; in the main one: time stamps
     PieceLink to_main{};
-  };
-  struct Waiting {
-    Piece piece;
-    int number = 0;
-    Relocalizer relocalizer;
-    PieceLink link{};  // poses in this piece of frames that a session tracks
-    size_t keyframes() const { return piece.map.keyframes.size(); }
+    Session& session() const { return *submap->session; }
   };
 
-  Tracker::Outcome UpdateGrowingPiece(const Frame& frame, Tracker::Outcome outcome);
-  std::unique_ptr<Session> MakeSession(Map map, const NextIds& ids, bool has_map) const;
-  void BeginGrowingPiece();
-  void EndGrowingPiece();
-  bool JoinGrowingPiece();
+  // What the tracker of the main submap, or of the growing one, may do.
+  TrackingContext MainContext();
+  TrackingContext GrowingContext() { return {MapUse::kExtend, mode_, &ids_}; }
+
+  ImagePose ProcessGrowing(const Frame& frame, const TrackingStep& in_main);
+  TrackingStep GoOnElsewhere(const Frame& frame);
+  Submap& Begin(Map map, bool has_map);
+  void BeginGrowing();
+  void EndGrowing();
+  bool JoinGrowing();
   void LookFor(const Frame& keyframe, Session& session);
-  static bool Join(const Piece& piece, const Similarity& world_from_piece, Session& session);
-  static bool JoinWaiting(const Piece& piece, const Similarity& world_from_piece, Session& session);
-  bool JoinWaiting(const Waiting& waiting, Waiting& into) const;
+  bool JoinWaiting(const Submap& waiting, const Similarity& world_from_waiting, Session& session);
+  bool JoinWaiting(const Submap& waiting, Submap& into) const;
   std::optional<Similarity> PlaceIn(const Map& world, const std::vector<FramePose>& trajectory,
-                                    const Waiting& waiting, Relocalizer& relocalizer) const;
+                                    const Submap& waiting, Relocalizer& relocalizer) const;
   void JoinAll();
   void PromoteLargest();
-  void Lead(std::unique_ptr<Session> session, int number);
+  void Lead(Submap& submap);
+  void Rest(Submap& submap);
+  void Erase(const Submap& submap);
   void End(std::unique_ptr<Session> session);
-  Piece Completed(Session& session);
-  void Park(Session& session);
+  NextIds FreeIdsIn(Session& session) const;
+  std::vector<Submap*> Waiting();
   bool MustStayMain() const;
 
   SlamConfig config_;
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
   bool mapping_ = true;
-  bool is_loaded_;  // the main piece, by the user
-  std::unique_ptr<Session> main_;
-  std::optional<Growing> growing_;
-  std::list<Waiting> waiting_;
-  size_t turn_ = 0;                   // selects the waiting piece in which to look next
+  bool is_loaded_;  // the main submap, by the user
+  NextIds ids_;     // of keyframes and objects of the run
+  // Those that wait in the order in which they began to.
+  std::list<Submap> submaps_;
+  Submap* main_ = nullptr;
+  std::optional<Growth> growing_;
+  size_t turn_ = 0;                   // selects the waiting submap in which to look next
   std::optional<double> lost_since_;  // time stamp, seconds; with mapping
-  // Time stamp in seconds of the last frame that was looked for in the main piece and not found.
+  // Time stamp in seconds of the last frame that was looked for in the main submap and not found.
   std::optional<double> last_vain_look_;
-  int main_number_ = 0, last_number_ = 0;
+  int next_number_ = 0;
   std::exception_ptr failure_;  // exception of a session that has ended
   std::jthread ending_;         // destroys a session; in live mode
 };

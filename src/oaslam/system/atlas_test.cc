@@ -139,6 +139,26 @@ TEST_F(AtlasTest, TheLargerPieceLeads) {
   EXPECT_TRUE(frames.contains(150));
 }
 
+// Where the main piece is given up while another one grows, that one leads: it is neither forgotten
+// nor joined with a map to which it has no link.
+TEST_F(AtlasTest, AGrowingPieceLeadsWhereTheMainOneIsGivenUp) {
+  Atlas atlas(SlamConfig(), map_, false, {});
+  Walk(atlas, 0, 30, 0, Scene::kLeft);
+  ASSERT_LT(atlas.main().Newest()->keyframes.size(), 6U);
+  atlas.ForceRelocalization(std::nullopt);
+  Walk(atlas, 30, 26, 30, Scene::kRight);
+  ASSERT_EQ(atlas.main_number(), 0);
+  Walk(atlas, 56, 3, 56, Scene::kAll);  // the camera is found in the main piece, too
+  atlas.Process(View(59, 59, Scene::kNothing));
+  EXPECT_NE(atlas.main_number(), 0);
+  EXPECT_TRUE(FramesOf(atlas.main().tracker().trajectory()).contains(55));
+  const std::vector<Piece> others = atlas.Others();
+  ASSERT_THAT(others, SizeIs(1));
+  EXPECT_TRUE(FramesOf(others[0].trajectory).contains(20));
+  for (const KeyframeId id : others[0].map.keyframes.Ids())
+    EXPECT_FALSE(atlas.main().snapshot()->keyframes.Contains(id));
+}
+
 // A map that is saved before the end has what is being made, too.
 TEST_F(AtlasTest, ThePieceThatIsBeingMadeIsAmongTheOthers) {
   Atlas atlas(SlamConfig(), map_, false, {});
@@ -233,29 +253,6 @@ TEST_F(AtlasTest, WhatWasSeenWithMappingIsKeptWithout) {
   reader.Finish();
   EXPECT_THAT(reader.Others(), SizeIs(1));
   EXPECT_THAT(reader.main().snapshot()->CheckInvariants(), IsEmpty());
-}
-
-// One camera went through two pieces; the second one is placed correctly, or too far away.
-TEST(PieceLink, ACameraDoesNotJumpBetweenPieces) {
-  synthetic::World world = synthetic::MakeWorld({});
-  const Map map = synthetic::MakeMap(world, {}).map;
-  const auto way = [&](int first, int last, double scale) {
-    std::vector<FramePose> poses;
-    const Rigid3 reference = map.keyframes.At(KeyframeId(0)).cam_from_world;
-    for (int i = first; i < last; ++i) {
-      Rigid3 pose = TruePose(i) * reference.Inverse();
-      pose.translation *= scale;
-      poses.push_back({i, i / 30.0, KeyframeId(0), pose});
-    }
-    return poses;
-  };
-  const std::vector<FramePose> first = way(0, 40, 1), second = way(45, 90, 1);
-  EXPECT_TRUE(IsContinuous(map, first, map, second, Similarity()));
-  EXPECT_FALSE(IsContinuous(map, first, map, second,
-                            Similarity(1, Eigen::Quaterniond::Identity(), {1.5, 0, 0})));
-  EXPECT_TRUE(
-      IsContinuous(map, first, map, way(90, 120, 1),
-                   Similarity(1, Eigen::Quaterniond::Identity(), {1.5, 0, 0})));  // too long after
 }
 
 }  // namespace

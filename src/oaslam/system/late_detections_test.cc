@@ -58,13 +58,15 @@ class LateDetections : public testing::Test {
       if (i < kBeginning) frame.motion = synthetic::TrueMotion(i, TruePose(i));
       frame.detections_follow = lag > 0;
       if (lag == 0 && i % stride == 0) frame.detections = Detect(i);
-      states_.push_back(session.Process(frame).state);
+      states_.push_back(session.Process(frame, Context()).pose.state);
       if (lag > 0 && i >= lag && (i - lag) % stride == 0) {
-        const auto late = session.AddDetections(i - lag, Detect(i - lag));
-        if (late) seen_ = std::max(seen_, late->objects);
+        const auto late = session.AddDetections(i - lag, Detect(i - lag), Context());
+        if (late) seen_ = std::max(seen_, late->pose.objects);
       }
     }
   }
+
+  TrackingContext Context() { return {.ids = &ids_}; }
 
   static Map NewMap(const Camera& camera) {
     Map map;
@@ -80,15 +82,16 @@ class LateDetections : public testing::Test {
   std::vector<Ellipsoid> things_ = Things();
   std::vector<TrackingState> states_;
   int seen_ = 0;
+  NextIds ids_;
 };
 
 TEST_F(LateDetections, MapTheObjectsOfDetectionsThatComeAtOnce) {
-  Session at_once(Config(), NewMap(world_.camera), {}, false),
-      late(Config(), NewMap(world_.camera), {}, false);
+  Session at_once(Config(), NewMap(world_.camera), false),
+      late(Config(), NewMap(world_.camera), false);
   Walk(at_once, kBlind, 0, 2);
   Walk(late, kBlind, 9, 2);
-  at_once.Finish();
-  late.Finish();
+  at_once.Finish(MapUse::kExtend);
+  late.Finish(MapUse::kExtend);
   const std::shared_ptr<const Map> a = at_once.Newest(), b = late.Newest();
   int mapped = 0;
   a->objects.ForEach([&](ObjectId, const Object& object) {
@@ -108,29 +111,29 @@ TEST_F(LateDetections, MapTheObjectsOfDetectionsThatComeAtOnce) {
 }
 
 TEST_F(LateDetections, CountForTheFrameTheyAreOfOrNotAtAll) {
-  Session session(Config(), NewMap(world_.camera), {}, false);
+  Session session(Config(), NewMap(world_.camera), false);
   Walk(session, 60, 5, 1);
-  EXPECT_FALSE(session.AddDetections(54, Detect(54)));  // has had its detections
-  EXPECT_FALSE(session.AddDetections(2, Detect(2)));    // passed over
-  EXPECT_FALSE(session.AddDetections(60, Detect(60)));  // not there yet
-  EXPECT_TRUE(session.AddDetections(57, Detect(57)));
-  EXPECT_FALSE(session.AddDetections(56, Detect(56)));  // passed over
+  EXPECT_FALSE(session.AddDetections(54, Detect(54), Context()));  // has had its detections
+  EXPECT_FALSE(session.AddDetections(2, Detect(2), Context()));    // passed over
+  EXPECT_FALSE(session.AddDetections(60, Detect(60), Context()));  // not there yet
+  EXPECT_TRUE(session.AddDetections(57, Detect(57), Context()));
+  EXPECT_FALSE(session.AddDetections(56, Detect(56), Context()));  // passed over
 }
 
 TEST_F(LateDetections, CountForTheLast120FramesOnly) {
   constexpr int kFrames = 160;
-  Session session(Config(), NewMap(world_.camera), {}, false);
+  Session session(Config(), NewMap(world_.camera), false);
   Walk(session, kFrames, kFrames, 1, kFrames);  // no detections arrive meanwhile
   EXPECT_EQ(states_[kFrames - 121], TrackingState::kTracking);
-  EXPECT_FALSE(session.AddDetections(kFrames - 121, Detect(kFrames - 121)));
-  EXPECT_TRUE(session.AddDetections(kFrames - 120, Detect(kFrames - 120)));
+  EXPECT_FALSE(session.AddDetections(kFrames - 121, Detect(kFrames - 121), Context()));
+  EXPECT_TRUE(session.AddDetections(kFrames - 120, Detect(kFrames - 120), Context()));
 }
 
 TEST_F(LateDetections, FindALostCameraByObjects) {
-  Session session(Config(), NewMap(world_.camera), {}, false);
+  Session session(Config(), NewMap(world_.camera), false);
   Walk(session, kBlind + 5, 3, 1);
   EXPECT_EQ(states_.back(), TrackingState::kLost);
-  const auto found = session.AddDetections(kBlind + 3, Detect(kBlind + 3));
+  const auto found = session.AddDetections(kBlind + 3, Detect(kBlind + 3), Context());
   ASSERT_TRUE(found);
   ASSERT_TRUE(found->located);
   // The distance from a tracked frame, in units of the distance from frame 40 to that frame, so

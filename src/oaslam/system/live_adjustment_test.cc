@@ -7,7 +7,7 @@
 
 #include "oaslam/map/next_ids.h"
 #include "oaslam/map/renumbering.h"
-#include "oaslam/system/mapper.h"
+#include "oaslam/mapping/mapper.h"
 #include "synthetic_world.h"
 
 namespace oaslam {

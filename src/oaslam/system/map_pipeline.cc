@@ -13,16 +13,17 @@ MapPipeline::MapPipeline(const SlamConfig& config, Map map)
     thread_ = std::jthread([this](std::stop_token stop) { Work(stop); });
 }
 
-void MapPipeline::Submit(MapCommand command, bool wait) {
+void MapPipeline::Submit(MapCommand command) {
   {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return queue_.size() < kMaxQueued || failure_; });
     if (failure_) return;
     const int frame_index = command.frame_index;
+    const bool is_urgent = command.is_urgent;
     if (mode_ != RunnerMode::kSequential) queue_.push_back(std::move(command));
     submitted_.emplace_back(frame_index, submitted_count_ + 1);
     ++submitted_count_;
-    if (wait) required_ = submitted_count_;
+    if (is_urgent) required_ = submitted_count_;
   }
   if (mode_ == RunnerMode::kSequential) return Apply(command);
   changed_.notify_all();
@@ -89,7 +90,7 @@ std::shared_ptr<const Map> MapPipeline::SnapshotFor(int frame_index) {
     const std::scoped_lock lock(mutex_);
     const int newest_frame = frame_index - (mode_ == RunnerMode::kLockstep ? lag_ : 1);
     while (!submitted_.empty() && submitted_.front().first <= newest_frame) {
-      // Live: the tracker does not wait for a command unless that was submitted with `wait`.
+      // Live: the tracker does not wait for a command unless that is urgent.
       if (mode_ != RunnerMode::kLive || submitted_.front().second <= applied_count_)
         required_ = std::max(required_, submitted_.front().second);
       else

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "oaslam/config.h"
-#include "oaslam/system/mapper.h"
+#include "oaslam/mapping/mapper.h"
 
 namespace oaslam {
 
@@ -27,9 +27,9 @@ class MapPipeline {
 
   static constexpr size_t kMaxQueued = 8;  // bounds how old the tracker's map may be
 
-  // Submits a command; blocks while kMaxQueued commands are queued. With `wait`, every snapshot
-  // from now on contains the command, in any mode.
-  void Submit(MapCommand command, bool wait);
+  // Submits a command; blocks while kMaxQueued commands are queued. Every snapshot from now on
+  // contains one that is urgent, in any mode.
+  void Submit(MapCommand command);
 
   // The snapshot for the tracker of a frame.
   std::shared_ptr<const Map> SnapshotFor(int frame_index);

@@ -4,7 +4,6 @@
 
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/system/atlas.h"
-#include "oaslam/system/tracker.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
@@ -24,7 +23,7 @@ struct Walk {
 };
 
 struct Walked {
-  std::vector<Tracker::Outcome> outcomes;
+  std::vector<ImagePose> poses;
   std::vector<Rigid3> truth;  // cam_from_odom
   std::shared_ptr<const Map> map;
   int without_features = 0;  // images
@@ -73,11 +72,12 @@ Walked Follow(const Walk& walk) {
     if (walk.saves_features && !atlas.NeedsFeatures(frame.timestamp, nullptr) &&
         !atlas.NeedsFeatures(frame.timestamp, &motion)) {
       frame.features = std::make_shared<const Features>(frame.features->Selected({}));
+      frame.features_skipped = true;
       ++walked.without_features;
     }
     frame.motion = std::make_shared<const FrameMotion>(std::move(motion));
     if (i == walk.unmapped_from) atlas.SetMapping(false);
-    walked.outcomes.push_back(atlas.Process(frame));
+    walked.poses.push_back(atlas.Process(frame).pose);
   }
   atlas.Finish();
   walked.map = atlas.main().snapshot();
@@ -86,7 +86,7 @@ Walked Follow(const Walk& walk) {
 }
 
 double ErrorAt(const Walked& walked, int frame) {
-  const auto& pose = walked.outcomes[frame].cam_from_world;
+  const auto& pose = walked.poses[frame].cam_from_world;
   return pose ? (pose->OriginInSource() - walked.truth[frame].OriginInSource()).norm() : 1e9;
 }
 
@@ -102,8 +102,8 @@ double FinalErrorOf(const Walked& walked, const FramePose& pose) {
 TEST(OdometryTracking, EveryImageHasAPose) {
   const Walked walked = Follow({});
   for (int i = 0; i < 90; ++i) {
-    const TrackingState state = walked.outcomes[i].state;
-    EXPECT_TRUE(walked.outcomes[i].cam_from_world.has_value()) << i;
+    const TrackingState state = walked.poses[i].state;
+    EXPECT_TRUE(walked.poses[i].cam_from_world.has_value()) << i;
     if (i < 5) {
       EXPECT_EQ(state, TrackingState::kPreliminary) << i;
     }
@@ -113,7 +113,7 @@ TEST(OdometryTracking, EveryImageHasAPose) {
     // The map has the frame and the unit of the odometry; the depth is 7 of these.
     EXPECT_LT(ErrorAt(walked, i), 0.1) << i << " " << ToString(state);
   }
-  EXPECT_EQ(walked.outcomes[65].state, TrackingState::kTracking);
+  EXPECT_EQ(walked.poses[65].state, TrackingState::kTracking);
 }
 
 // What is not seen in the map has a pose by the way since, so that keyframes go on, each tied to
@@ -155,7 +155,7 @@ TEST(OdometryTracking, FeaturesAreNotTakenFromEachImage) {
       Follow({.frames = 120, .blind_from = 200, .blind_to = 200, .saves_features = true});
   EXPECT_GT(walked.without_features, 10);
   for (int i = 15; i < 120; ++i) {
-    EXPECT_EQ(walked.outcomes[i].state, TrackingState::kTracking) << i;
+    EXPECT_EQ(walked.poses[i].state, TrackingState::kTracking) << i;
     EXPECT_LT(ErrorAt(walked, i), 0.1) << i;
   }
   ASSERT_EQ(walked.trajectory.size(), 120);
@@ -170,7 +170,7 @@ TEST(OdometryTracking, WithoutMappingTheMotionCarriesThePoseOn) {
   const Walked walked =
       Follow({.frames = 260, .blind_from = 60, .blind_to = 260, .unmapped_from = 45});
   for (int i = 45; i < 260; ++i) EXPECT_LT(ErrorAt(walked, i), 0.1) << i;
-  EXPECT_EQ(walked.outcomes[250].state, TrackingState::kObjects);
+  EXPECT_EQ(walked.poses[250].state, TrackingState::kObjects);
   EXPECT_EQ(walked.trajectory.size(), 260);
   EXPECT_EQ(walked.map->keyframes.size(), before.map->keyframes.size());
   EXPECT_EQ(walked.map->landmarks.size(), before.map->landmarks.size());
@@ -179,16 +179,16 @@ TEST(OdometryTracking, WithoutMappingTheMotionCarriesThePoseOn) {
 // Poses of different runs have nothing in common: without landmarks the camera is lost.
 TEST(OdometryTracking, ACutLosesTheCamera) {
   const Walked walked = Follow({.frames = 60, .blind_from = 45, .blind_to = 60, .cut_at = 45});
-  EXPECT_EQ(walked.outcomes[44].state, TrackingState::kTracking);
-  EXPECT_EQ(walked.outcomes[50].state, TrackingState::kLost);
-  EXPECT_FALSE(walked.outcomes[50].cam_from_world.has_value());
+  EXPECT_EQ(walked.poses[44].state, TrackingState::kTracking);
+  EXPECT_EQ(walked.poses[50].state, TrackingState::kLost);
+  EXPECT_FALSE(walked.poses[50].cam_from_world.has_value());
 }
 
 // The images in which it was lost get their poses by the motion to where it was found again.
 TEST(OdometryTracking, LostImagesArePlacedOnceTheCameraIsFound) {
   const Walked walked = Follow({.frames = 100, .blind_from = 45, .blind_to = 60, .cut_at = 45});
-  EXPECT_EQ(walked.outcomes[50].state, TrackingState::kLost);
-  EXPECT_EQ(walked.outcomes.back().state, TrackingState::kTracking);
+  EXPECT_EQ(walked.poses[50].state, TrackingState::kLost);
+  EXPECT_EQ(walked.poses.back().state, TrackingState::kTracking);
   ASSERT_EQ(walked.trajectory.size(), 100);
   for (const FramePose& pose : walked.trajectory)
     EXPECT_LT(FinalErrorOf(walked, pose), 0.1) << pose.frame_index;

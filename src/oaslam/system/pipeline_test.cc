@@ -1,10 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "oaslam/mapping/background_bundle.h"
 #include "oaslam/system/atlas.h"
-#include "oaslam/system/background_bundle.h"
 #include "oaslam/system/map_pipeline.h"
-#include "oaslam/system/tracker.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
@@ -20,9 +19,6 @@ Map EmptyMap() {
 
 // A map needs the odometry to begin; then the camera is followed by its landmarks alone.
 constexpr int kBeginning = 30;
-std::shared_ptr<const FrameMotion> MotionOfBeginning(int frame, const Rigid3& cam_from_world) {
-  return frame < kBeginning ? synthetic::TrueMotion(frame, cam_from_world) : nullptr;
-}
 
 struct WalkResult {
   std::vector<FramePose> trajectory;
@@ -52,7 +48,7 @@ WalkResult RunWalk(RunnerMode mode, int frames, int blind_from = -1, int blind_t
                          .features;
     if (!blind && i < kBeginning + std::max(0, blind_to))
       frame.motion = synthetic::TrueMotion(i, synthetic::PoseOnArc({}, angle), i >= blind_to);
-    run.states.push_back(atlas.Process(frame).state);
+    run.states.push_back(atlas.Process(frame).pose.state);
     if (slow_camera) atlas.main().Newest();
   }
   atlas.Finish();
@@ -79,81 +75,6 @@ double AbsoluteError(const WalkResult& run) {
           .colwise()
           .squaredNorm()
           .mean());
-}
-
-// Slam::View shows what the tracker made of a frame, and after a forced relocalization the camera
-// is found where it was.
-TEST(Tracker, ShowsItsFrameAndRelocalizesWhenTold) {
-  const synthetic::World world = synthetic::MakeWorld({});
-  SlamConfig config;
-  config.runner.mode = RunnerMode::kSequential;
-  MapPipeline pipeline(config, EmptyMap());
-  Tracker tracker(config, {}, false);
-  Rng rng(7);
-  Tracker::Outcome outcome;
-  for (int i = 0; i < 60; ++i) {
-    Frame frame{
-        i,
-        i / 30.0,
-        0,
-        synthetic::MakeView(world, synthetic::PoseOnArc({}, -20 + 0.4 * i), {.missed = 0.1}, rng)
-            .features,
-        {}};
-    frame.motion = MotionOfBeginning(i, synthetic::PoseOnArc({}, -20 + 0.4 * i));
-    if (i == 50) tracker.ForceRelocalization(std::nullopt);
-    outcome = tracker.Track(frame, *pipeline.SnapshotFor(i));
-    if (outcome.command) pipeline.Submit(std::move(*outcome.command), outcome.map_required);
-    if (outcome.map_required) outcome = tracker.AdoptInitialMap(frame, *pipeline.Newest());
-    const FrameView view = tracker.View();
-    EXPECT_EQ(view.frame.index, i);
-    EXPECT_EQ(view.pose.has_value(),
-              outcome.cam_from_world.has_value() && outcome.state != TrackingState::kPreliminary);
-    EXPECT_EQ(view.relocalization.has_value(), i == 50);
-    if (i == 50) {
-      EXPECT_EQ(outcome.state, TrackingState::kRelocalized);
-      EXPECT_EQ(view.relocalization->evidence, PoseEvidence::kPoints);
-    }
-    if (outcome.state != TrackingState::kTracking) continue;
-    EXPECT_EQ(static_cast<int>(view.landmarks.size()), view.frame.features->size());
-    EXPECT_GE(std::ranges::count_if(view.landmarks, [](LandmarkId id) { return id.IsValid(); }),
-              outcome.inliers);
-  }
-  EXPECT_EQ(outcome.state, TrackingState::kTracking);
-}
-
-// The tracking states of a walk along an arc, covered for three images, after which the camera
-// stands at `angle_after` (degrees) and goes on.
-std::vector<TrackingState> StatesOfWalkThatGoesOnAt(double angle_after) {
-  const synthetic::World world = synthetic::MakeWorld({});
-  SlamConfig config;
-  config.runner.mode = RunnerMode::kSequential;
-  MapPipeline pipeline(config, EmptyMap());
-  Tracker tracker(config, {}, false);
-  Rng rng(7);
-  std::vector<TrackingState> states;
-  for (int i = 0; i < 90; ++i) {
-    const bool covered = i >= 60 && i < 63;
-    const double angle = i < 63 ? -20 + 0.4 * i : angle_after + 0.1 * (i - 63);
-    Frame frame{i, i / 30.0, 0, {}, {}};
-    frame.features = synthetic::MakeView(world, synthetic::PoseOnArc({}, angle),
-                                         {.missed = covered ? 1.0 : 0.1}, rng)
-                         .features;
-    frame.motion = MotionOfBeginning(i, synthetic::PoseOnArc({}, angle));
-    Tracker::Outcome outcome = tracker.Track(frame, *pipeline.SnapshotFor(i));
-    if (outcome.command) pipeline.Submit(std::move(*outcome.command), outcome.map_required);
-    if (outcome.map_required) outcome = tracker.AdoptInitialMap(frame, *pipeline.Newest());
-    states.push_back(outcome.state);
-  }
-  return states;
-}
-
-// What looks like a place that the camera cannot have reached is another one that looks alike.
-TEST(Tracker, DoesNotBelieveThatTheCameraJumped) {
-  EXPECT_EQ(StatesOfWalkThatGoesOnAt(5)[63], TrackingState::kRelocalized);
-  const std::vector<TrackingState> jumped = StatesOfWalkThatGoesOnAt(-18);
-  EXPECT_EQ(jumped[63], TrackingState::kLost);
-  EXPECT_EQ(jumped[66], TrackingState::kLost);
-  EXPECT_EQ(jumped.back(), TrackingState::kTracking);
 }
 
 TEST(Pipeline, TracksAWalkAccuratelyInEveryMode) {
@@ -197,7 +118,7 @@ TEST(Pipeline, ItsQueueIsBounded) {
   MapPipeline pipeline(config, EmptyMap());
   MapCommand nothing;
   for (nothing.frame_index = 0; nothing.frame_index < 200; ++nothing.frame_index) {
-    pipeline.Submit(nothing, false);
+    pipeline.Submit(nothing);
     EXPECT_LE(pipeline.QueueLength(), MapPipeline::kMaxQueued);
   }
   EXPECT_EQ(pipeline.Newest()->version, 201U);
@@ -210,7 +131,8 @@ TEST(Pipeline, MayEndAtAnyMoment) {
     for (const int end : {0, 1, 5, 9, 10, 11, 12, 13, 14, 25, 40}) {
       SlamConfig config;
       config.runner.mode = mode;
-      Session session(config, EmptyMap(), {}, false);
+      Session session(config, EmptyMap(), false);
+      NextIds ids;
       Rng rng(7);
       for (int i = 0; i < end; ++i)
         session.Process(
@@ -218,7 +140,8 @@ TEST(Pipeline, MayEndAtAnyMoment) {
              i / 30.0,
              0,
              synthetic::MakeView(world, synthetic::PoseOnArc({}, -20 + 0.8 * i), {}, rng).features,
-             {}});
+             {}},
+            {.ids = &ids});
       if (end % 2 == 0) {
         EXPECT_THAT(session.Newest()->CheckInvariants(), IsEmpty());
       }  // else it ends with commands in the queue

@@ -4,39 +4,43 @@
 
 namespace oaslam {
 
-Session::Session(const SlamConfig& config, Map map, const NextIds& ids, bool map_is_loaded)
+Session::Session(const SlamConfig& config, Map map, bool map_is_loaded)
     : pipeline_(config, std::move(map)),
-      tracker_(config, ids, map_is_loaded),
+      tracker_(config, map_is_loaded),
       snapshot_(pipeline_.Newest()) {}
 
-Tracker::Outcome Session::Process(const Frame& frame) {
+TrackingStep Session::Process(const Frame& frame, const TrackingContext& context) {
   snapshot_ = pipeline_.SnapshotFor(frame.index);
-  Tracker::Outcome outcome = Submitted(tracker_.Track(frame, *snapshot_));
-  return outcome.map_required ? tracker_.AdoptInitialMap(frame, *Newest()) : outcome;
+  TrackingStep step = Submitted(tracker_.Track(frame, *snapshot_, context));
+  return tracker_.AwaitsMap() ? tracker_.Begin(frame, *Newest(), context) : step;
 }
 
-std::optional<Tracker::Outcome> Session::AddDetections(
-    int frame_index, const std::vector<ObjectDetection>& detections) {
-  auto outcome = tracker_.AddDetections(frame_index, detections, *snapshot_);
-  return outcome ? std::optional(Submitted(*std::move(outcome))) : std::nullopt;
+std::optional<TrackingStep> Session::AddDetections(int frame_index,
+                                                   const std::vector<ObjectDetection>& detections,
+                                                   const TrackingContext& context) {
+  auto step = tracker_.AddDetections(frame_index, detections, *snapshot_, context);
+  return step ? std::optional(Submitted(*std::move(step))) : std::nullopt;
 }
 
-Tracker::Outcome Session::Submitted(Tracker::Outcome outcome) {
-  if (outcome.command)
-    pipeline_.Submit(std::move(*outcome.command), outcome.map_required || outcome.is_urgent);
-  return outcome;
+TrackingStep Session::Submitted(TrackingStep step) {
+  if (step.command) pipeline_.Submit(*std::exchange(step.command, std::nullopt));
+  return step;
+}
+
+void Session::SubmitAndWait(MapCommand command) {
+  command.is_urgent = true;
+  pipeline_.Submit(std::move(command));
+  Newest();
 }
 
 void Session::Submit(MapEdit edit) {
-  pipeline_.Submit({tracker_.newest_frame(), std::move(edit)}, true);
-  Newest();
+  SubmitAndWait({.frame_index = tracker_.newest_frame(), .edit = std::move(edit)});
 }
 
 void Session::SubmitRest(MapEdit edit) {
   MapCommand rest = tracker_.TakeRest();
   rest.edit = std::move(edit);
-  pipeline_.Submit(std::move(rest), true);
-  Newest();
+  SubmitAndWait(std::move(rest));
 }
 
 void Session::ScaleToMetres(double factor) {
@@ -46,17 +50,17 @@ void Session::ScaleToMetres(double factor) {
   if (!failure()) tracker_.Scale(factor);
 }
 
-bool Session::Join(const Map& piece, const Similarity& world_from_piece) {
-  Submit(JoiningMap{std::make_shared<const Map>(piece), world_from_piece});
+bool Session::Join(const Map& other, const Similarity& world_from_other) {
+  Submit(JoiningMap{std::make_shared<const Map>(other), world_from_other});
   return !failure();
 }
 
-void Session::Finish() {
-  if (tracker_.IsMapping()) {
+void Session::Finish(MapUse use) {
+  if (use == MapUse::kRead) {
+    Newest();
+  } else {
     SubmitRest();
     snapshot_ = pipeline_.Finish();
-  } else {
-    Newest();
   }
   tracker_.RefineTrajectory(*snapshot_);
 }

@@ -5,42 +5,44 @@
 #include <optional>
 #include <vector>
 
-#include "oaslam/config.h"
 #include "oaslam/system/map_pipeline.h"
-#include "oaslam/system/tracker.h"
+#include "oaslam/tracking/tracker.h"
 
 namespace oaslam {
 
 // A map that is being made, and the tracker that makes it.
 class Session {
  public:
-  // New ids begin at `ids`.
-  Session(const SlamConfig& config, Map map, const NextIds& ids, bool map_is_loaded);
+  // `map_is_loaded`: the camera is looked for in `map`, and no initial map is made.
+  Session(const SlamConfig& config, Map map, bool map_is_loaded);
 
   // Tracks the next frame and submits the command that results to the mapper.
-  Tracker::Outcome Process(const Frame& frame);
+  TrackingStep Process(const Frame& frame, const TrackingContext& context);
   // Takes note of a frame without looking for the lost camera in it.
-  Tracker::Outcome PassOver(const Frame& frame) { return tracker_.PassOver(frame, *snapshot_); }
+  TrackingStep PassOver(const Frame& frame, const TrackingContext& context) {
+    return tracker_.PassOver(frame, *snapshot_, context);
+  }
   // Detections of a frame that was processed before (Tracker::AddDetections).
-  std::optional<Tracker::Outcome> AddDetections(int frame_index,
-                                                const std::vector<ObjectDetection>& detections);
+  std::optional<TrackingStep> AddDetections(int frame_index,
+                                            const std::vector<ObjectDetection>& detections,
+                                            const TrackingContext& context);
   // Submits an edit, waits until the mapper has applied it, and takes the resulting map.
   void Submit(MapEdit edit);
   // The same with the observations since the last command.
   void SubmitRest(MapEdit edit = {});
   // Waits until everything seen is in the map, then scales map and tracker to metres.
   void ScaleToMetres(double factor);
-  // Adds another piece to the map and waits for the mapper. Returns false where mapping has failed.
-  bool Join(const Map& piece, const Similarity& world_from_piece);
-  // Submits the remaining observations and waits for the last optimisation, which is omitted
-  // without mapping.
-  void Finish();
+  // Adds another submap to the map and waits for the mapper. Returns false where mapping has
+  // failed.
+  bool Join(const Map& other, const Similarity& world_from_other);
+  // Submits the remaining observations and waits for the last optimisation; a map that is only read
+  // does not change.
+  void Finish(MapUse use);
   // The exception that ended the mapping (MapPipeline); null while mapping works.
   std::exception_ptr failure() { return pipeline_.failure(); }
 
   Tracker& tracker() { return tracker_; }
   const Tracker& tracker() const { return tracker_; }
-  NextIds FreeIds() { return tracker_.FreeIds(*Newest()); }
   // The map that the tracker saw last.
   const std::shared_ptr<const Map>& snapshot() const { return snapshot_; }
   // Waits for all commands submitted and returns the map that contains them.
@@ -49,7 +51,8 @@ class Session {
   std::shared_ptr<const Map> Mapped() { return pipeline_.Mapped(); }
 
  private:
-  Tracker::Outcome Submitted(Tracker::Outcome outcome);
+  TrackingStep Submitted(TrackingStep step);
+  void SubmitAndWait(MapCommand command);
 
   MapPipeline pipeline_;
   Tracker tracker_;

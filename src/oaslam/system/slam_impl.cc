@@ -37,17 +37,17 @@ void CheckTimestamp(double timestamp, const std::optional<double>& last) {
         fmt::format("time stamp {:.6f} is not after the one before, {:.6f}", timestamp, *last));
 }
 
-void TakePose(const Tracker::Outcome& outcome, TrackingResult& result) {
-  result.state = outcome.state;
-  if (outcome.cam_from_world) result.world_from_cam = outcome.cam_from_world->Inverse();
-  result.matched = outcome.matched;
-  result.inliers = outcome.inliers;
-  result.objects = outcome.objects;
-  result.confidence = outcome.confidence;
-  result.covariance = outcome.covariance;
-  result.is_uncertain = outcome.is_uncertain;
-  result.seconds_without_map = outcome.seconds_without_map;
-  result.depth = outcome.depth;
+void TakePose(const ImagePose& pose, TrackingResult& result) {
+  result.state = pose.state;
+  if (pose.cam_from_world) result.world_from_cam = pose.cam_from_world->Inverse();
+  result.matched = pose.matched;
+  result.inliers = pose.inliers;
+  result.objects = pose.objects;
+  result.confidence = pose.confidence;
+  result.covariance = pose.covariance;
+  result.is_uncertain = pose.is_uncertain;
+  result.seconds_without_map = pose.seconds_without_map;
+  result.depth = pose.depth;
 }
 
 }  // namespace
@@ -209,18 +209,18 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   const double ms_features = total.WallMs();
 
   const Stopwatch tracking;
-  const Tracker::Outcome outcome = atlas_->Process(frame);
+  const TrackingStep step = atlas_->Process(frame);
   const double ms_track = tracking.WallMs(), cpu_track = tracking.ThreadCpuMs();
-  if (outcome.cam_from_world && !session().tracker().IsMapping())
-    audit_.Add(frame, *outcome.cam_from_world, *session().snapshot(), config_.objects);
+  if (step.pose.cam_from_world && !is_mapping_)
+    audit_.Add(frame, *step.pose.cam_from_world, *session().snapshot(), config_.objects);
 
   TrackingResult result;
   result.frame = frame.index - first_index_;
   result.timestamp = frame.timestamp;
-  TakePose(outcome, result);
+  TakePose(step.pose, result);
   result.keypoints = session().tracker().newest_features();
   result.piece = atlas_->main_number();
-  result.ms_objects = outcome.ms_objects;
+  result.ms_objects = step.ms_objects;
   result.detections = static_cast<int>(input.detections.size());
   result.ms_features = ms_features;
   result.ms_track = ms_track;
@@ -235,16 +235,15 @@ std::optional<int> Slam::Impl::AddDetections(int frame, const std::vector<Detect
   std::vector<Detection> detections = given;
   EraseHidden(mask_, {camera_.width, camera_.height}, detections);
   const std::vector<ObjectDetection> ideal = CheckedDetections(camera_, detections);
-  const std::optional<Tracker::Outcome> outcome =
-      atlas_->AddDetections(frame + first_index_, ideal);
-  if (!outcome || !outcome->cam_from_world) return std::nullopt;
+  const std::optional<TrackingStep> step = atlas_->AddDetections(frame + first_index_, ideal);
+  if (!step || !step->pose.cam_from_world) return std::nullopt;
   if (frame == newest_.frame) {
     newest_.detections = static_cast<int>(detections.size());
-    newest_.objects = outcome->objects;
-    if (!newest_.world_from_cam) TakePose(*outcome, newest_);
+    newest_.objects = step->pose.objects;
+    if (!newest_.world_from_cam) TakePose(step->pose, newest_);
     Post();
   }
-  return outcome->objects;
+  return step->pose.objects;
 }
 
 RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mode,

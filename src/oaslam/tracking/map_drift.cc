@@ -63,8 +63,8 @@ bool Parting::Update(const Image& image) {
 void MapDrift::LinkAll(const Map& map) {
   loops_closed_ = map.loops_closed;
   links_.clear();
-  using Place = std::pair<double, KeyframeId>;
-  std::priority_queue<Place, std::vector<Place>, std::greater<>> next;
+  using Reached = std::pair<double, KeyframeId>;
+  std::priority_queue<Reached, std::vector<Reached>, std::greater<>> next;
   const std::vector<KeyframeId> ids = map.keyframes.Ids();
   std::vector<int> seen;
   for (const KeyframeId id : ids) seen.push_back(SeenBy(map.keyframes.At(id)));

@@ -1,52 +1,18 @@
 #pragma once
 
-#include <map>
 #include <memory>
-#include <string>
 #include <thread>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "oaslam/config.h"
-#include "oaslam/geometry/similarity.h"
-#include "oaslam/map/command.h"
 #include "oaslam/map/map.h"
+#include "oaslam/mapping/background_bundle.h"
 #include "oaslam/mapping/loop_closing.h"
-#include "oaslam/objects/association.h"
-#include "oaslam/system/background_bundle.h"
+#include "oaslam/mapping/map_command.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
-
-// A piece of map to be joined with the mapper's map (JoinPiece).
-struct JoiningMap {
-  std::shared_ptr<const Map> map;
-  Similarity world_from_map;
-};
-
-// Waits for the background bundle adjustment and applies it, so that nothing moves the map later.
-// Live mode does not wait; the map does not move until its next keyframe.
-struct AdoptAdjustment {};
-
-// The caller must scale the tracker, too.
-struct MetricScale {
-  double metres_per_unit = 1;
-};
-
-// Replaces all anchors.
-using NewAnchors = std::map<std::string, Anchor>;
-
-using MapEdit = std::variant<std::monostate, InitialMap, KeyframeInsertion, JoiningMap,
-                             AdoptAdjustment, MetricScale, ClassRelations, NewAnchors>;
-
-// A change of the map, and what was seen since the previous command.
-struct MapCommand {
-  int frame_index = 0;
-  MapEdit edit{};
-  std::vector<LandmarkUse> uses{};
-  std::vector<ObjectSighting> sightings{};  // in order of frames
-};
 
 // Applies commands to the map; nothing else writes it.
 class Mapper {

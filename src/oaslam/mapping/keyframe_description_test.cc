@@ -1,4 +1,4 @@
-#include "oaslam/pieces/keyframe_description.h"
+#include "oaslam/mapping/keyframe_description.h"
 
 #include <gtest/gtest.h>
 

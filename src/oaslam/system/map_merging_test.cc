@@ -1,4 +1,4 @@
-#include "oaslam/pieces/map_merging.h"
+#include "oaslam/system/map_merging.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

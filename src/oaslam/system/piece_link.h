@@ -13,9 +13,6 @@
 
 namespace oaslam {
 
-// A pose by points that tracking gave, at this depth of the landmarks.
-Relocalization TrackedAt(const Rigid3& cam_from_world, double depth);
-
 // The transformation between two pieces of map, and the evidence for it.
 struct PieceAlignment {
   Similarity other_from_this;
@@ -56,15 +53,5 @@ class PieceLink {
 
   std::map<int, Located> located_;  // by frame
 };
-
-// The poses of the last minute before `now`, enough to know the usual speed of a camera.
-std::span<const FramePose> NewestPoses(const std::vector<FramePose>& trajectory, double now);
-
-// Whether the camera moves plausibly between two pieces under `world_from_other`. From a frame of
-// one piece to a frame of the other shortly after, it may neither move nor turn much faster than
-// within the pieces. This rejects similarities that fit at one end only, because a piece is bent or
-// has a wrong scale.
-bool IsContinuous(const Map& map, std::span<const FramePose> trajectory, const Map& other,
-                  std::span<const FramePose> other_trajectory, const Similarity& world_from_other);
 
 }  // namespace oaslam

@@ -1,4 +1,4 @@
-#include "oaslam/system/background_bundle.h"
+#include "oaslam/mapping/background_bundle.h"
 
 #include <utility>
 

@@ -1,17 +1,17 @@
-#include "oaslam/system/mapper.h"
+#include "oaslam/mapping/mapper.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "oaslam/bundle/bundle_adjustment.h"
+#include "oaslam/mapping/keyframe_description.h"
 #include "oaslam/mapping/local_mapping.h"
 #include "oaslam/mapping/loop_closing.h"
+#include "oaslam/mapping/piece_joining.h"
 #include "oaslam/objects/moved_objects.h"
 #include "oaslam/objects/object_mapper.h"
 #include "oaslam/objects/upright.h"
-#include "oaslam/pieces/keyframe_description.h"
-#include "oaslam/pieces/piece_joining.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {

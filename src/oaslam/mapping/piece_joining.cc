@@ -1,4 +1,4 @@
-#include "oaslam/pieces/piece_joining.h"
+#include "oaslam/mapping/piece_joining.h"
 
 #include <fmt/format.h>
 

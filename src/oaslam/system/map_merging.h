@@ -4,8 +4,8 @@
 #include <string>
 
 #include "oaslam/config.h"
-#include "oaslam/pieces/piece_link.h"
 #include "oaslam/storage/map_file.h"
+#include "oaslam/system/piece_link.h"
 #include "oaslam/types.h"
 
 namespace oaslam {

@@ -1,4 +1,4 @@
-#include "oaslam/system/mapper.h"
+#include "oaslam/mapping/mapper.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace oaslam {
 namespace {
 
 constexpr uint32_t kFirstDrifted = 4;
-const Eigen::Vector3d kDrift(0.2, 0.1, 0);  // world units
+const Eigen::Vector3d kDisplacement(0.2, 0.1, 0);  // world units
 
 // A map with correct landmarks. Its first keyframes are correct, too; the others are displaced, as
 // before a loop is closed.
@@ -20,7 +20,7 @@ Map DriftedMap(const synthetic::World& world) {
   for (const KeyframeId id : map.keyframes.Ids())
     if (id.value >= kFirstDrifted) {
       Rigid3& pose = map.keyframes.MutableAt(id).cam_from_world;
-      pose = pose * Rigid3(Eigen::Quaterniond::Identity(), -kDrift);
+      pose = pose * Rigid3(Eigen::Quaterniond::Identity(), -kDisplacement);
     }
   return map;
 }

@@ -1,4 +1,4 @@
-#include "oaslam/pieces/keyframe_search.h"
+#include "oaslam/system/keyframe_search.h"
 
 #include <vector>
 

@@ -5,7 +5,7 @@
 #include "oaslam/config.h"
 #include "oaslam/localization/relocalizer.h"
 #include "oaslam/map/piece.h"
-#include "oaslam/pieces/piece_link.h"
+#include "oaslam/system/piece_link.h"
 
 namespace oaslam {
 

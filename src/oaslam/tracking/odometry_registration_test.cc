@@ -1,4 +1,4 @@
-#include "oaslam/system/odometry_registration.h"
+#include "oaslam/tracking/odometry_registration.h"
 
 #include <gtest/gtest.h>
 
@@ -7,6 +7,7 @@
 
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/geometry/similarity.h"
 #include "object_table.h"
 
 namespace oaslam {

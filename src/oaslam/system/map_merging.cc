@@ -1,4 +1,4 @@
-#include "oaslam/pieces/map_merging.h"
+#include "oaslam/system/map_merging.h"
 
 #include <fmt/format.h>
 
@@ -14,9 +14,9 @@
 #include "oaslam/error.h"
 #include "oaslam/map/next_ids.h"
 #include "oaslam/map/renumbering.h"
+#include "oaslam/mapping/piece_joining.h"
 #include "oaslam/objects/moved_objects.h"
-#include "oaslam/pieces/keyframe_search.h"
-#include "oaslam/pieces/piece_joining.h"
+#include "oaslam/system/keyframe_search.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {

@@ -1,4 +1,4 @@
-#include "oaslam/system/odometry_registration.h"
+#include "oaslam/tracking/odometry_registration.h"
 
 #include <algorithm>
 #include <cmath>

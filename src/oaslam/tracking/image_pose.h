@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+
+#include "oaslam/estimation/pose_refinement.h"
+#include "oaslam/map/relocalization.h"
+#include "oaslam/tracking_result.h"
+
+namespace oaslam {
+
+// What the pose of an image rests on.
+enum class PoseSource {
+  kNone,          // there is no pose
+  kMap,           // landmarks
+  kMotion,        // the camera's motion since the map was seen, or before there is a map
+  kObjects,       // objects that the image shows
+  kRegistration,  // images before that were found in the map, and the motion since
+};
+
+// Where the camera of an image is in the map, how sure that is, and what supports it.
+struct ImagePose {
+  TrackingState state = TrackingState::kLost;
+  PoseSource source = PoseSource::kNone;
+  std::optional<Rigid3> cam_from_world{};
+  PoseCovariance covariance = PoseCovariance::Zero();
+  double confidence = 0;  // [0, 1]
+  bool is_uncertain = false;
+  double seconds_without_map = 0;
+  int matched = 0, inliers = 0;  // landmarks: found, and those that agree with the pose
+  int objects = 0;               // mapped ones that are seen
+  double depth = 0;              // median, of the landmarks that support the pose, map units
+};
+
+// A pose of a camera that is lost, without landmarks.
+ImagePose PoseWithoutLandmarks(PoseSource source, const ExpectedPose& pose, double confidence);
+// Before there is a map, which will have the frame and the unit of the odometry. `motion`: null
+// where it is not known.
+ImagePose PoseBeforeMap(const FrameMotion* motion);
+
+// The assumed standard deviation of a position tracked by points, as a share of the depth, where
+// landmarks are seen from near the places they were mapped from.
+inline constexpr double kTrackedSigma = 0.005;
+// A pose by landmarks at this median depth, as a search would have found it.
+Relocalization TrackedAt(const Rigid3& cam_from_world, double depth);
+
+}  // namespace oaslam

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "oaslam/estimation/pose_refinement.h"
+#include "oaslam/map/map.h"
+#include "oaslam/tracking/tracking_context.h"
+
+namespace oaslam {
+
+// The error of a position that nothing tells but a hand's usual way in a tenth of a second, as a
+// share of the depth: a guess.
+inline constexpr double kUnknownWay = 0.03;
+
+// The camera's motion between two images, in the unit of the map.
+struct CameraMotion {
+  Rigid3 cam_from_cam;  // the later camera from the earlier one
+  double sigma_position = 0, sigma_rotation = 0;
+  bool is_turn = false;  // how far the camera has moved is not known
+};
+
+// A pose by the camera's motion since the map was last seen.
+struct OdometryPrediction {
+  ExpectedPose expected;
+  KeyframeId reference;
+  bool is_turn = false;  // how far the camera has moved is not known
+  double depth = 0;      // median, of the points that the odometry follows; map units
+};
+
+// How the odometry's frame and unit lie in the map, as the images tell whose pose the map gave.
+class OdometryLink {
+ public:
+  // Begins with a map in the frame and the unit of the odometry. `frame` is that of its newest
+  // keyframe, which sees landmarks at this median depth.
+  void Begin(const Frame& frame, KeyframeId keyframe, double depth);
+  // Takes an image whose pose the map gave, with landmarks at this median depth, and learns the
+  // unit from points that both know. `before`: the image before; null where the camera was lost.
+  void See(const TrackedFrame& seen, double depth, const Map& map, const TrackedFrame* before);
+  // Takes an image that becomes a keyframe of the map.
+  void AddKeyframe(KeyframeId id, const Frame& frame);
+  // Follows a map of which all lengths were multiplied by `factor`.
+  void Scale(double factor);
+
+  // The pose by the motion since the newest image whose keyframe is in the map. Nothing where the
+  // motion is not known, or was only a turn for too long, or where a map that is only read was not
+  // seen for too long.
+  std::optional<OdometryPrediction> Predict(const Frame& frame, const Map& map, MapUse use) const;
+  // The motion from an earlier image; nothing where the odometry has lost its way in between.
+  std::optional<CameraMotion> MotionSince(const std::shared_ptr<const FrameMotion>& before,
+                                          const Frame& frame) const;
+  std::optional<CameraMotion> MotionSinceKeyframe(const Frame& frame) const;
+  // The motion to the newest keyframe, and to those before it that lie in the odometry's window, as
+  // the odometry knows them by now. It goes on correcting them: otherwise the chain of motions
+  // would keep its errors.
+  std::vector<std::pair<KeyframeId, KeyframeMotion>> MotionsToKeyframes(const Frame& frame) const;
+  // Whether the motion alone can give an image its pose. `motion`: null as long as it is not known.
+  bool CanCarry(double timestamp, const FrameMotion* motion) const;
+
+  // The length of the odometry's unit in units of the map; nothing for an image of another run.
+  std::optional<double> UnitFor(const Frame& frame) const;
+  // How far the lengths of single images are off, relative: how well the odometry and the map hold
+  // their scales in this film.
+  double spread() const { return (unit_ ? *unit_ : Unit()).spread; }
+  double seen_at() const { return seen_at_; }  // time stamp of the newest image that See took
+  double depth() const { return depth_; }      // of that image
+
+ private:
+  struct Unit {
+    int run = 0;    // FrameMotion::run
+    int loops = 0;  // closed in the map: each may have changed its scale
+    double length = 1;
+    double seconds = 0;  // over which it was averaged
+    // Begins as a guess that counts as a second of images.
+    double spread = 0.03, spread_seconds = 1;
+  };
+  // An image with a known place in the map, from which the camera's motion is added up.
+  struct Tie {
+    std::shared_ptr<const FrameMotion> motion;
+    KeyframeId reference;
+    Rigid3 cam_from_reference;
+  };
+
+  void Learn(const TrackedFrame& seen, const Map& map, const TrackedFrame* before);
+  std::optional<CameraMotion> MotionBetween(const std::shared_ptr<const FrameMotion>& before,
+                                            const std::shared_ptr<const FrameMotion>& now,
+                                            const Frame& newest) const;
+  bool IsYoung(double timestamp) const;
+
+  std::optional<Unit> unit_;
+  // The last image that See took, and keyframes since. Ascending; a keyframe at the end is not in
+  // the map as long as the mapper works on it.
+  std::vector<Tie> ties_;
+  // Of the newest keyframes, ascending.
+  std::vector<std::pair<KeyframeId, std::shared_ptr<const FrameMotion>>> keyframes_;
+  double map_began_at_ = -INFINITY;  // time stamp
+  double seen_at_ = -INFINITY;
+  double depth_ = 0;
+};
+
+}  // namespace oaslam

@@ -1,0 +1,180 @@
+#pragma once
+
+#include <climits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "oaslam/config.h"
+#include "oaslam/map/frame_view.h"
+#include "oaslam/map/piece.h"
+#include "oaslam/mapping/map_command.h"
+#include "oaslam/tracking/image_pose.h"
+#include "oaslam/tracking/initializer.h"
+#include "oaslam/tracking/keyframe_maker.h"
+#include "oaslam/tracking/lost_camera.h"
+#include "oaslam/tracking/object_watch.h"
+#include "oaslam/tracking/odometry_link.h"
+#include "oaslam/tracking/pose_certainty.h"
+#include "oaslam/tracking/tracking_context.h"
+#include "oaslam/tracking/trajectory.h"
+
+namespace oaslam {
+
+// There is no map yet.
+struct Initializing {
+  explicit Initializing(const TrackingConfig& config) : initializer(config) {}
+  Initializer initializer;
+  // The keyframes of an initial map that the mapper was told to make; invalid where it was not.
+  KeyframeId first{}, second{};
+};
+
+// The camera's pose in the map is known.
+struct Following {
+  TrackedFrame last;           // the newest image with a pose and features
+  double seen_confidence = 0;  // PoseCertainty::Rate
+};
+
+// The camera is looked for in the map.
+struct Lost {
+  // By the user (Tracker::ForceRelocalization): where the camera may be, world_from_cam; and
+  // whether the pose before is not to be believed.
+  std::optional<Rigid3> prior{};
+  bool is_pose_doubted = false;
+};
+
+// The camera was lost in a map that is too small to find it again.
+struct GivenUp {};
+
+// What the tracker makes of an image.
+struct TrackingStep {
+  ImagePose pose;
+  std::optional<MapCommand> command{};   // for the mapper
+  std::optional<KeyframeId> keyframe{};  // that the image becomes
+  // A pose of a lost camera by objects, and any while another submap grows: images with a pose in
+  // two submaps tell how these lie to each other (PieceLink).
+  std::optional<Relocalization> located{};
+  double ms_objects = 0;
+};
+
+// Follows the camera from image to image on snapshots of the map, and tells the mapper what to add.
+// It is in one of four phases, and made of parts that outlive these.
+class Tracker {
+ public:
+  // `map_is_loaded`: the tracker begins as lost in a map that exists already, and makes no other.
+  Tracker(const SlamConfig& config, bool map_is_loaded);
+
+  // Uses an index of the map that was made elsewhere, to find a lost camera.
+  void Use(std::shared_ptr<const LandmarkIndex> index) { search_.Use(std::move(index)); }
+
+  // As Atlas::NeedsFeatures.
+  bool NeedsFeatures(double timestamp, const FrameMotion* motion) const;
+  TrackingStep Track(const Frame& frame, const Map& map, const TrackingContext& context);
+  // Takes note of an image without looking for the lost camera in it.
+  TrackingStep PassOver(const Frame& frame, const Map& map, const TrackingContext& context);
+  // Whether the image that was tracked last asks for an initial map. Then the caller hands the
+  // command to the mapper, and calls Begin with the map that results.
+  bool AwaitsMap() const;
+  // Begins to follow the camera in the initial map, or goes on without one where the mapper has
+  // refused it.
+  TrackingStep Begin(const Frame& frame, const Map& map, const TrackingContext& context);
+
+  // Detections of an image that was given without them (Frame::detections_follow). If it has a
+  // pose, they are associated with objects at its present pose. If the camera was lost in it and
+  // still is, they relocalize the image, and tracking continues from there. Images ascend. Returns
+  // nothing where the image is too old.
+  std::optional<TrackingStep> AddDetections(int frame_index,
+                                            std::vector<ObjectDetection> detections, const Map& map,
+                                            const TrackingContext& context);
+
+  // Continues with the state of another tracker, whose map was joined with this one's and scaled by
+  // `scale`; the poses of its images are added to this trajectory.
+  void GoOnAs(Tracker other, double scale);
+  // Takes over the poses of a submap that was joined with the map and scaled by `scale`, for images
+  // that have no pose by points here.
+  void Adopt(const std::vector<FramePose>& poses, double scale) { trajectory_.Adopt(poses, scale); }
+  // Makes the tracker lose its pose, if it has one: the next image is relocalized. `near`: where
+  // the camera may be, world_from_cam; it is looked for there first until it is found.
+  void ForceRelocalization(const std::optional<Rigid3>& near);
+  // Continues in the same map after all of its lengths were multiplied by `factor`.
+  void Scale(double factor);
+
+  // The pose of the newest image, computed again with `map`; lost where the camera is not followed.
+  ImagePose Present(const Map& map, const TrackingContext& context);
+
+  bool IsInitializing() const { return std::holds_alternative<Initializing>(phase_); }
+  bool HasGivenUp() const { return std::holds_alternative<GivenUp>(phase_); }
+  // While it is initializing: why there is no map yet.
+  std::string why_no_map() const;
+  // Whether an image has a pose by points.
+  bool HasTracked(int frame_index) const;
+  // cam_from_world of an image, or nothing where it has no pose.
+  std::optional<Rigid3> PoseOf(int frame_index, const Map& map) const;
+  int newest_frame() const { return newest_.frame.index; }
+  // How many points the newest image has, with or without a landmark.
+  int newest_features() const {
+    return newest_.frame.features ? newest_.frame.features->size() : 0;
+  }
+  // What a viewer shows of the newest image; the caller adds the map.
+  FrameView View() const;
+  // Removes and returns the observations of landmarks and objects since the last command.
+  MapCommand TakeRest();
+  // Poses of all images so far, relative to keyframes of the map or retired ones.
+  const std::vector<FramePose>& trajectory() const { return trajectory_.poses(); }
+  // Refines the poses of images that are not refined yet against the finished map.
+  void RefineTrajectory(const Map& map) { trajectory_.RefinePosesBefore(map, INT_MAX); }
+
+ private:
+  void Take(const Frame& frame);
+  // Of each phase: what becomes of an image.
+  TrackingStep Initialize(const Frame& frame, const Map& map, const TrackingContext& context);
+  TrackingStep Follow(const Frame& frame, const Map& map, const TrackingContext& context);
+  TrackingStep Search(const Frame& frame, const Map& map, const TrackingContext& context);
+
+  // The image has a pose in the map, or one by its motion.
+  TrackingStep Continue(const Frame& frame, const Map& map, const TrackReport& tracked,
+                        TrackingState state, const TrackingContext& context);
+  TrackingStep Carry(const Frame& frame, const Map& map, const OdometryPrediction& predicted,
+                     const TrackingContext& context);
+  Following& Remember(const TrackedFrame& seen, const TrackReport& tracked, TrackingState state,
+                      const Map& map);
+  void ObserveObjects(const TrackedFrame& seen, const Map& map, const TrackingContext& context,
+                      TrackingStep& step);
+  void MakeKeyframe(const TrackedFrame& seen, const Map& map, const TrackReport& tracked,
+                    const TrackingContext& context, TrackingStep& step);
+  void PlaceLostImages(const TrackedFrame& found, const Map& map);
+  TrackDemands Demands() const;
+
+  // The camera is lost in the image, or was.
+  Relocalization Find(const Frame& frame, const Map& map, const TrackingContext& context,
+                      const std::optional<Rigid3>& prior);
+  TrackingStep PlaceFound(const Frame& frame, const Map& map, const Relocalization& found,
+                          const TrackingContext& context);
+  std::optional<TrackingStep> LookAgain(const Frame& frame, const Map& map,
+                                        const TrackingContext& context);
+  TrackReport Confirm(const Frame& frame, const Map& map, const Relocalization& found,
+                      bool is_pose_doubted) const;
+  TrackingStep PlaceByObjects(const Frame& frame, const Map& map, const Relocalization& found,
+                              const TrackingContext& context);
+  ImagePose PlaceByRegistration(const Frame& frame, const Map& map, const TrackingContext& context);
+  ImagePose Record(const Frame& frame, const Map& map, const ImagePose& pose);
+  TrackingStep Miss(const Frame& frame, const Map& map, const TrackingContext& context);
+
+  SlamConfig config_;
+  bool map_is_loaded_;
+  std::variant<Initializing, Following, Lost, GivenUp> phase_;
+  OdometryLink link_;
+  LostCamera search_;
+  ObjectWatch objects_;
+  KeyframeMaker keyframes_;
+  PoseCertainty certainty_;
+  FrameView newest_;               // without map, pose and objects
+  double usual_spread_ = 0;        // of the landmarks in the image, over the last seconds
+  std::vector<LandmarkUse> uses_;  // since the newest keyframe
+  Trajectory trajectory_;
+};
+
+}  // namespace oaslam

@@ -1,0 +1,163 @@
+#include "oaslam/tracking/tracker.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "oaslam/mapping/mapper.h"
+#include "synthetic_world.h"
+
+namespace oaslam {
+namespace {
+
+// A tracker and the mapper that makes its map, one after the other.
+class TrackerTest : public testing::Test {
+ protected:
+  TrackerTest() { Publish(); }
+
+  // A map needs the odometry to begin; then the camera is followed by its landmarks alone.
+  static constexpr int kBeginning = 30;
+
+  // What frame `index` shows from a place on the arc of the synthetic world (degrees).
+  Frame View(int index, double angle, double missed = 0.1) {
+    const Rigid3 pose = synthetic::PoseOnArc({}, angle);
+    Frame frame{index,
+                index / 30.0,
+                0,
+                synthetic::MakeView(world_, pose, {.missed = missed}, rng_).features,
+                {}};
+    if (index < kBeginning) frame.motion = synthetic::TrueMotion(index, pose);
+    return frame;
+  }
+
+  ImagePose Track(const Frame& frame) {
+    TrackingStep step = tracker_.Track(frame, *map_, context_);
+    if (step.command) {
+      mapper_.Apply(*step.command);
+      Publish();
+    }
+    return (tracker_.AwaitsMap() ? tracker_.Begin(frame, *map_, context_) : step).pose;
+  }
+
+  void Publish() { map_ = mapper_.Publish(); }
+
+  Map EmptyMap() const {
+    Map empty;
+    empty.cameras.push_back(world_.camera);
+    return empty;
+  }
+
+  synthetic::World world_ = synthetic::MakeWorld({});
+  Rng rng_{7};
+  NextIds ids_;
+  TrackingContext context_{.ids = &ids_};
+  Mapper mapper_{{}, EmptyMap()};
+  Tracker tracker_{{}, false};
+  std::shared_ptr<const Map> map_;
+};
+
+// A viewer shows what the tracker made of an image, and after a forced relocalization the camera is
+// found where it was.
+TEST_F(TrackerTest, ShowsItsFrameAndRelocalizesWhenTold) {
+  ImagePose pose;
+  for (int i = 0; i < 60; ++i) {
+    if (i == 50) tracker_.ForceRelocalization(std::nullopt);
+    pose = Track(View(i, -20 + 0.4 * i));
+    const FrameView view = tracker_.View();
+    EXPECT_EQ(view.frame.index, i);
+    EXPECT_EQ(view.pose.has_value(),
+              pose.cam_from_world.has_value() && pose.state != TrackingState::kPreliminary);
+    EXPECT_EQ(view.relocalization.has_value(), i == 50);
+    if (i == 50) {
+      EXPECT_EQ(pose.state, TrackingState::kRelocalized);
+      EXPECT_EQ(view.relocalization->evidence, PoseEvidence::kPoints);
+    }
+    if (pose.state != TrackingState::kTracking) continue;
+    EXPECT_EQ(pose.source, PoseSource::kMap);
+    EXPECT_EQ(static_cast<int>(view.landmarks.size()), view.frame.features->size());
+    EXPECT_GE(std::ranges::count_if(view.landmarks, [](LandmarkId id) { return id.IsValid(); }),
+              pose.inliers);
+  }
+  EXPECT_EQ(pose.state, TrackingState::kTracking);
+}
+
+// After a change of the unit all that is said of a pose has the new unit.
+TEST_F(TrackerTest, ScalesThePoseAndItsCovariance) {
+  for (int i = 0; i < 50; ++i) Track(View(i, -20 + 0.4 * i));
+  Map map = *map_;
+  const ImagePose before = tracker_.Present(map, context_);
+  constexpr double kFactor = 3;
+  map.Scale(kFactor);
+  tracker_.Scale(kFactor);
+  const ImagePose after = tracker_.Present(map, context_);
+  ASSERT_TRUE(before.cam_from_world && after.cam_from_world);
+  EXPECT_LT(
+      (after.cam_from_world->translation - kFactor * before.cam_from_world->translation).norm(),
+      1e-9);
+  EXPECT_NEAR(SigmaOfPosition(after.covariance), kFactor * SigmaOfPosition(before.covariance),
+              1e-9);
+  EXPECT_NEAR(SigmaOfRotation(after.covariance), SigmaOfRotation(before.covariance), 1e-9);
+  EXPECT_NEAR(after.confidence, before.confidence, 1e-9);
+}
+
+// What looks like a place that the camera cannot have reached is another one that looks alike.
+class TrackerAfterACover : public TrackerTest {
+ protected:
+  // The states of a walk along an arc, covered for three images, after which the camera stands at
+  // `angle` (degrees) and goes on.
+  std::vector<TrackingState> StatesGoingOnAt(double angle) {
+    std::vector<TrackingState> states;
+    for (int i = 0; i < 90; ++i)
+      states.push_back(
+          Track(i < 63 ? View(i, -20 + 0.4 * i, i < 60 ? 0.1 : 1) : View(i, angle + 0.1 * (i - 63)))
+              .state);
+    return states;
+  }
+};
+
+TEST_F(TrackerAfterACover, FindsTheCameraWhereItMayBe) {
+  EXPECT_EQ(StatesGoingOnAt(5)[63], TrackingState::kRelocalized);
+}
+
+TEST_F(TrackerAfterACover, DoesNotBelieveThatTheCameraJumped) {
+  const std::vector<TrackingState> jumped = StatesGoingOnAt(-18);
+  EXPECT_EQ(jumped[63], TrackingState::kLost);
+  EXPECT_EQ(jumped[66], TrackingState::kLost);
+  EXPECT_EQ(jumped.back(), TrackingState::kTracking);
+}
+
+// A camera that is lost in a map of few keyframes is not looked for there: another map begins.
+TEST_F(TrackerTest, GivesUpASmallMapUnlessItIsWanted) {
+  for (int i = 0; i < kBeginning; ++i) Track(View(i, -20 + 0.4 * i));
+  ASSERT_LT(map_->keyframes.size(), 6U);
+  Tracker wanted = tracker_;
+  Map with_anchor = *map_;
+  with_anchor.anchors["here"] = {};
+  const Frame nothing = View(kBeginning, 0, 1);
+  EXPECT_EQ(Track(nothing).state, TrackingState::kInitializing);
+  EXPECT_TRUE(tracker_.HasGivenUp());
+  EXPECT_EQ(wanted.Track(nothing, with_anchor, context_).pose.state, TrackingState::kLost);
+  EXPECT_FALSE(wanted.HasGivenUp());
+}
+
+// A map that is only read, or is held while another one grows, gets no keyframes.
+TEST_F(TrackerTest, AddsKeyframesOnlyWhereItMay) {
+  for (int i = 0; i < 50; ++i) Track(View(i, -20 + 0.4 * i));
+  const uint32_t keyframes = ids_.keyframe;
+  for (const MapUse use : {MapUse::kHold, MapUse::kRead}) {
+    Tracker tracker = tracker_;
+    for (int i = 50; i < 110; ++i) {
+      const TrackingStep step =
+          tracker.Track(View(i, -20 + 0.4 * i), *map_, {.use = use, .ids = &ids_});
+      EXPECT_FALSE(step.keyframe || step.command);
+      EXPECT_EQ(step.located.has_value(),
+                use == MapUse::kHold && step.pose.state == TrackingState::kTracking);
+    }
+    EXPECT_EQ(ids_.keyframe, keyframes);
+  }
+  for (int i = 50; i < 110; ++i) Track(View(i, -20 + 0.4 * i));
+  EXPECT_GT(ids_.keyframe, keyframes);
+}
+
+}  // namespace
+}  // namespace oaslam
