@@ -161,6 +161,7 @@ struct Tracked {
   Frame frame;
   Tracked() {
     Rng rng(9);
+    frame.camera = std::make_shared<const Camera>(world.camera);
     frame.features = synthetic::MakeView(world, synthetic::PoseOnArc({}, 3), {}, rng).features;
   }
 };

@@ -100,7 +100,7 @@ Map MapOfKeyframes(const std::vector<uint32_t>& ids) {
 
 Frame View(const synthetic::World& world, int index, Rng& rng) {
   const Rigid3 pose = synthetic::PoseOnArc({}, -20 + 0.8 * index);
-  Frame frame{index, index / 30.0, 0, {}, {}};
+  Frame frame{index, index / 30.0, std::make_shared<const Camera>(world.camera), {}, {}};
   frame.features = synthetic::MakeView(world, pose, {.missed = 0.1}, rng).features;
   frame.motion = synthetic::TrueMotion(index, pose);
   return frame;

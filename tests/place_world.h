@@ -9,6 +9,7 @@ constexpr WorldOptions kPlaceWorld{.points = 1500, .cameras = 8, .seed = 1};
 
 inline Frame MakeFrame(const View& view) {
   Frame frame;
+  frame.camera = view.camera;
   frame.features = view.features;
   return frame;
 }

@@ -72,6 +72,7 @@ class Building {
     TrackedFrame tracked;
     tracked.frame.index = static_cast<int>(kFramesPerKeyframe * steps);
     tracked.frame.timestamp = tracked.frame.index * kInterval;
+    tracked.frame.camera = view.camera;
     tracked.frame.features = view.features;
     tracked.cam_from_world = PoseAt(steps);
     tracked.reference = KeyframeId(static_cast<uint32_t>(

@@ -86,6 +86,7 @@ struct ViewOptions {
 };
 
 struct View {
+  std::shared_ptr<const Camera> camera;
   std::shared_ptr<const Features> features;
   std::vector<int> point_of_keypoint;  // -1: clutter
 };
@@ -94,7 +95,7 @@ inline View MakeView(const World& world, const Rigid3& cam_from_world, const Vie
                      Rng& rng) {
   auto features = std::make_shared<Features>();
   features->bounds = IdealImageBounds(world.camera);
-  View view;
+  View view{std::make_shared<const Camera>(world.camera), {}, {}};
   const auto add = [&](const Eigen::Vector2d& px, float angle, int octave,
                        const Descriptor& descriptor, int point) {
     features->keypoints.push_back({px.cast<float>(), angle, static_cast<uint8_t>(octave)});

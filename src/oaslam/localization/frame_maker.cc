@@ -123,10 +123,10 @@ std::vector<ObjectDetection> CheckedDetections(const Camera& camera,
 }
 
 void FrameMaker::Check(const ImageInput& input) const {
-  if (input.image.cols != camera_.width || input.image.rows != camera_.height)
+  if (input.image.cols != camera_->width || input.image.rows != camera_->height)
     throw InputError(fmt::format("image of {}x{} pixels, the camera's calibration is for {}x{}",
-                                 input.image.cols, input.image.rows, camera_.width,
-                                 camera_.height));
+                                 input.image.cols, input.image.rows, camera_->width,
+                                 camera_->height));
   CheckImageType(input.image);
   CheckGravity(input.gravity_in_cam);
   CheckAngularVelocity(input.angular_velocity, input.timestamp);
@@ -136,9 +136,9 @@ void FrameMaker::Check(const ImageInput& input) const {
 Frame FrameMaker::MakeWithoutFeatures(const ImageInput& input, int index) const {
   Frame frame{index,
               input.timestamp,
-              0,
+              camera_,
               nothing_,
-              IdealDetections(camera_, input.detections),
+              IdealDetections(*camera_, input.detections),
               input.detections_follow,
               input.gravity_in_cam};
   frame.features_skipped = true;
@@ -171,7 +171,7 @@ std::vector<Box> FrameMaker::MovingBoxes(const Frame& frame, const ClassRelation
 Features FrameMaker::ExtractStatic(const GreyImage& grey, int count,
                                    const std::vector<Box>& moving) {
   if (moving.empty()) return extractor_.Extract(grey, count);
-  const double share = 1 - HiddenShare(IdealImageBounds(camera_), moving);
+  const double share = 1 - HiddenShare(IdealImageBounds(*camera_), moving);
   Features features = extractor_.Extract(grey, static_cast<int>(count / std::max(share, 0.5)));
   features.EraseKeypointsIn(moving);
   return features;

@@ -44,7 +44,7 @@ std::vector<ObjectDetection> CheckedDetections(const Camera& camera,
 class FrameMaker {
  public:
   FrameMaker(const SlamConfig& config, const Camera& camera)
-      : camera_(camera),
+      : camera_(std::make_shared<const Camera>(camera)),
         min_score_(config.relocalization.min_score),
         has_learned_(config.features.descriptor == DescriptorKind::kLearnedAndOrb),
         extractor_(config.features, camera),
@@ -58,17 +58,17 @@ class FrameMaker {
   void Check(const ImageInput& input) const;
 
   // The frame of an image, with about `keypoints` key points, none inside the boxes of objects that
-  // can move according to `classes`. Its index of the camera is 0, to be set by the caller. Throws
-  // as Check.
+  // can move according to `classes`. Throws as Check.
   Frame Make(const ImageInput& input, int index, int keypoints, const ClassRelations& classes);
   // The same without key points, of a valid image; it takes no time.
   Frame MakeWithoutFeatures(const ImageInput& input, int index) const;
+  const std::shared_ptr<const Camera>& camera() const { return camera_; }
 
  private:
   std::vector<Box> MovingBoxes(const Frame& frame, const ClassRelations& classes) const;
   Features ExtractStatic(const GreyImage& grey, int count, const std::vector<Box>& moving);
 
-  Camera camera_;
+  std::shared_ptr<const Camera> camera_;
   double min_score_;  // of a detection inside of which key points are dropped
   bool has_learned_;  // frames keep their image
   OrbExtractor extractor_;

@@ -26,8 +26,8 @@ constexpr double kUnconfirmed = 0.5;
 constexpr double kMinErrorRad = 1.0 / 35, kMaxErrorRad = 4.0 / 35;
 
 // The search radius for landmarks around a pose, given its error as an angle in the image.
-double SearchRadius(const Map& map, const Frame& frame, double error_rad) {
-  const Camera& camera = map.cameras[static_cast<size_t>(frame.camera)];
+double SearchRadius(const Frame& frame, double error_rad) {
+  const Camera& camera = *frame.camera;
   return error_rad * std::sqrt(camera.fx * camera.fy) / frame.features->pyramid.working_pixel();
 }
 
@@ -72,8 +72,7 @@ std::optional<Relocalization> FrameSearch::Near(const Frame& frame,
 
 Relocalization FrameSearch::Confirmed(const Frame& frame, const Rigid3& cam_from_world,
                                       double error_rad) const {
-  return FindNear(frame, map_, map_.landmarks.Ids(), cam_from_world,
-                  SearchRadius(map_, frame, error_rad),
+  return FindNear(frame, map_, map_.landmarks.Ids(), cam_from_world, SearchRadius(frame, error_rad),
                   {3 * tools_.config.relocalization.ransac_iterations, kConfirms}, tools_.rng);
 }
 
@@ -91,7 +90,7 @@ std::optional<size_t> FrameSearch::JoinObjects(const Frame& frame, Relocalizatio
   const bool are_few = found.points.inliers < 2 * tools_.config.tracking.min_relocalization_inliers;
   if (IsAsInPaper() || !are_few) return std::nullopt;
   Relocalization joint =
-      RefineByPointsAndObjects(frame.detections, map_.cameras[frame.camera], map_, config, found);
+      RefineByPointsAndObjects(frame.detections, *frame.camera, map_, config, found);
   found.objects.matched = std::move(joint.objects.matched);
   if (static_cast<int>(found.objects.matched.size()) >= config.accept_objects) {
     found.cam_from_world = joint.cam_from_world;
@@ -106,7 +105,7 @@ const std::vector<Relocalization>& FrameSearch::PosesByObjects(const Frame& fram
 }
 
 std::vector<Relocalization> FrameSearch::SearchPosesByObjects(const Frame& frame) const {
-  const Camera& camera = map_.cameras[frame.camera];
+  const Camera& camera = *frame.camera;
   const RelocalizationConfig& config = tools_.config.relocalization;
   if (IsAsInPaper())
     return RelocalizeByObjectsAsInPaper(frame.detections, camera, map_, config, tools_.rng);

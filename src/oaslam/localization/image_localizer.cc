@@ -42,10 +42,10 @@ RelocalizationResult ImageLocalizer::Localize(const ImageInput& input, const Cam
   CheckGravity(input.gravity_in_cam);
   CheckPose(prior);
   const Stopwatch watch;
-  Map map = impl_->map.saved->map;  // shares its tables
-  map.cameras.push_back(camera);
+  const Map& map = impl_->map.saved->map;
   Frame frame;
   if (input.image.empty()) {
+    frame.camera = std::make_shared<const Camera>(camera);
     frame.detections = CheckedDetections(camera, input.detections);
     frame.gravity_in_cam = input.gravity_in_cam;
     mode = RelocalizationMode::kObjects;
@@ -53,7 +53,6 @@ RelocalizationResult ImageLocalizer::Localize(const ImageInput& input, const Cam
     frame =
         FrameMaker(impl_->config, camera).Make(input, 0, impl_->config.features.count, map.classes);
   }
-  frame.camera = static_cast<int>(map.cameras.size()) - 1;
   const double ms_features = watch.WallMs();
   Rng rng(static_cast<uint64_t>(impl_->config.runner.seed));
   RelocalizationResult result = ResultOf(

@@ -29,17 +29,15 @@ RelocalizationResult ResultOf(const Relocalization& found) {
 }
 
 RelocalizationResult FindWithUnknownCamera(const ImageInput& input, const Camera& camera,
-                                           const Map& given, RelocalizationMode mode,
+                                           const Map& map, RelocalizationMode mode,
                                            const SlamConfig& config, FrameMaker& maker,
                                            Relocalizer& relocalizer) {
   const Stopwatch watch;
   Camera plain = camera;
   plain.model = LensModel::kPinhole;
   plain.distortion = {};
-  Map map = given;
-  map.cameras.push_back(plain);
   Frame frame = maker.Make(input, 0, config.features.count, map.classes);
-  frame.camera = static_cast<int>(map.cameras.size()) - 1;
+  frame.camera = std::make_shared<const Camera>(plain);
   frame.features = std::make_shared<const Features>(WithCamera(*frame.features, camera, plain));
   frame.detections = IdealDetections(plain, input.detections);
   const double ms_features = watch.WallMs();

@@ -11,14 +11,14 @@ namespace {
 
 // The frame with learned descriptors of all its key points; nothing where the map has none, or the
 // frame cannot have any.
-std::optional<Frame> WithLearned(const Frame& frame, const Map& map, const PlaceIndex* places) {
+std::optional<Frame> WithLearned(const Frame& frame, const PlaceIndex* places) {
   const bool is_possible = places && places->Has(Appearance::kLearned) &&
                            (frame.image || !frame.features->learned.empty());
   if (!is_possible) return std::nullopt;
   Frame described = frame;
   if (frame.image)
-    described.features = std::make_shared<const Features>(Described(
-        *frame.features, map.cameras[static_cast<size_t>(frame.camera)], frame.image->view()));
+    described.features = std::make_shared<const Features>(
+        Described(*frame.features, *frame.camera, frame.image->view()));
   return described;
 }
 
@@ -47,14 +47,14 @@ Relocalization Relocalizer::Find(const Frame& frame, const Map& map, Relocalizat
   if (prior && tools.places)
     if (std::optional<Relocalization> near = search.Near(frame, prior->Inverse()))
       return *std::move(near);
-  return search.Find(frame, [&] { return WithLearned(frame, map, tools.places); });
+  return search.Find(frame, [&] { return WithLearned(frame, tools.places); });
 }
 
 Relocalization Relocalizer::FindWithUnknownCamera(const Frame& raw, const Map& map,
                                                   RelocalizationMode mode, Rng& rng) {
   const SearchTools tools{config_, IndexFor(raw, map, mode), mode, rng};
   return oaslam::FindWithUnknownCamera(tools, map, raw,
-                                       [&] { return WithLearned(raw, map, tools.places); });
+                                       [&] { return WithLearned(raw, tools.places); });
 }
 
 }  // namespace oaslam

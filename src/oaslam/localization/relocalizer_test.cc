@@ -21,7 +21,8 @@ double CentreDistance(const Rigid3& a, const Rigid3& b) {
 
 Frame FrameOf(const synthetic::World& world, const Rigid3& cam_from_world) {
   Rng rng(11);
-  return {0, 0, 0, synthetic::MakeView(world, cam_from_world, {}, rng).features, {}};
+  const synthetic::View view = synthetic::MakeView(world, cam_from_world, {}, rng);
+  return {0, 0, view.camera, view.features, {}};
 }
 
 Relocalization FindByPoints(Relocalizer& relocalizer, const Frame& frame, const Map& map) {
@@ -63,6 +64,7 @@ Frame FrameOfObjects(const Map& map, const Rigid3& cam_from_world, uint64_t seed
   });
   Rng rng(seed);
   Frame frame;
+  frame.camera = std::make_shared<const Camera>(map.cameras[0]);
   frame.detections = synthetic::Detect(objects, cam_from_world, map.cameras[0], {}, rng);
   return frame;
 }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <set>
 #include <vector>
@@ -33,20 +34,12 @@ std::vector<Camera> CamerasOfMap(const Map& map, const Camera& of_image) {
   return cameras;
 }
 
-// A frame converted to the ideal image of a candidate camera, and a copy of the map with that
-// camera as its last.
-struct Seen {
-  Map map;
-  Frame frame;
-};
-
-Seen SeenBy(const Camera& camera, const Frame& raw, const Map& map) {
-  const Camera& plain = map.cameras[static_cast<size_t>(raw.camera)];
-  Seen seen{map, raw};
-  seen.map.cameras.push_back(camera);
-  seen.frame.camera = static_cast<int>(seen.map.cameras.size()) - 1;
-  seen.frame.features = std::make_shared<const Features>(WithCamera(*raw.features, plain, camera));
-  for (ObjectDetection& d : seen.frame.detections) d.box = UndistortBox(camera, d.box);
+// A frame converted to the ideal image of a candidate camera.
+Frame SeenBy(const Camera& camera, const Frame& raw) {
+  Frame seen = raw;
+  seen.camera = std::make_shared<const Camera>(camera);
+  seen.features = std::make_shared<const Features>(WithCamera(*raw.features, *raw.camera, camera));
+  for (ObjectDetection& d : seen.detections) d.box = UndistortBox(camera, d.box);
   return seen;
 }
 
@@ -67,7 +60,6 @@ Contradiction ContradictionOf(const Relocalization& refined, const Camera& camer
 Relocalization FindWithUnknownCamera(const SearchTools& tools, const Map& map, const Frame& raw,
                                      const std::function<std::optional<Frame>()>& learned) {
   const RelocalizationConfig& config = tools.config.relocalization;
-  const Camera& plain = map.cameras[static_cast<size_t>(raw.camera)];
   std::optional<std::optional<Frame>> described;  // when first needed: it takes time
   const auto raw_learned = [&]() -> const std::optional<Frame>& {
     if (!described) described = learned();
@@ -75,12 +67,11 @@ Relocalization FindWithUnknownCamera(const SearchTools& tools, const Map& map, c
   };
   Relocalization best;
   best.why_not = "no camera of the map takes images of this shape";
-  const std::vector<Camera> cameras = CamerasOfMap(map, plain);
+  const std::vector<Camera> cameras = CamerasOfMap(map, *raw.camera);
   for (const Camera& camera : cameras) {
-    const Seen seen = SeenBy(camera, raw, map);
-    Relocalization found = FrameSearch(tools, seen.map).Find(seen.frame, [&] {
-      return raw_learned() ? std::optional(SeenBy(camera, *raw_learned(), map).frame)
-                           : std::nullopt;
+    const Frame seen = SeenBy(camera, raw);
+    Relocalization found = FrameSearch(tools, map).Find(seen, [&] {
+      return raw_learned() ? std::optional(SeenBy(camera, *raw_learned())) : std::nullopt;
     });
     if (!found.IsFound()) {
       if (best.candidates.empty()) best = std::move(found);
@@ -88,9 +79,9 @@ Relocalization FindWithUnknownCamera(const SearchTools& tools, const Map& map, c
     }
     const bool has_points = found.evidence != PoseEvidence::kObjects;
     const Contradiction contradiction =
-        has_points ? ContradictionOf(
-                         RefineFocal(seen.frame, seen.map, found, config.accept_confidence), camera)
-                   : Contradiction::kPossible;
+        has_points
+            ? ContradictionOf(RefineFocal(seen, map, found, config.accept_confidence), camera)
+            : Contradiction::kPossible;
     if (contradiction == Contradiction::kCertain) {
       if (!best.IsFound())
         best.why_not = "its points contradict the focal lengths of the map's cameras";

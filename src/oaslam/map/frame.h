@@ -54,7 +54,7 @@ struct FrameMotion {
 struct Frame {
   int index = 0;
   double timestamp = 0;
-  int camera = 0;  // index into Map::cameras
+  std::shared_ptr<const Camera> camera;
   std::shared_ptr<const Features> features;
   std::vector<ObjectDetection> detections;
   // The detections will be given later (Tracker::AddDetections).
@@ -70,9 +70,10 @@ struct Frame {
 // Whether it is known how the camera moved between two images.
 bool HaveKnownMotion(const std::shared_ptr<const FrameMotion>& a,
                      const std::shared_ptr<const FrameMotion>& b);
-// cam_from_odom of an earlier image of the same run as it is known with image `now`: it has moved
-// with the odometry's last keyframe before it that both know. Nothing where they share none: it is
-// as it was given.
+// cam_from_odom of an earlier image of the same run, as the odometry knows it by image `now`. The
+// odometry corrects its keyframes; an image between them moves with the last one before it that
+// both images know. Nothing where both know none: then nothing has corrected the pose that the
+// earlier image was given.
 std::optional<Rigid3> CamFromOdom(const FrameMotion& earlier, const FrameMotion& now);
 
 // A frame with its pose and the landmarks its key points are matched to.

@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 
+#include "oaslam/util/check.h"
 #include "oaslam/util/median.h"
 
 namespace oaslam {
@@ -40,6 +41,17 @@ std::optional<ObjectId> Map::ResolveObject(ObjectId id) const {
   while (const ObjectId* next = merged_objects.Find(id)) id = *next;
   if (objects.Contains(id)) return id;
   return std::nullopt;
+}
+
+int Map::IndexOf(const Camera& camera) const {
+  const auto place = std::ranges::find(cameras, camera);
+  OASLAM_CHECK(place != cameras.end());
+  return static_cast<int>(place - cameras.begin());
+}
+
+int Map::AddCamera(const Camera& camera) {
+  if (std::ranges::find(cameras, camera) == cameras.end()) cameras.push_back(camera);
+  return IndexOf(camera);
 }
 
 LandmarkId Map::AddLandmark(const Eigen::Vector3d& position, KeyframeId first_keyframe) {

@@ -168,6 +168,11 @@ struct Map {
   // nothing if it was dropped.
   std::optional<ObjectId> ResolveObject(ObjectId id) const;
 
+  // The index of a camera of the map in `cameras`.
+  int IndexOf(const Camera& camera) const;
+  // The same for any camera: one that is not there is added.
+  int AddCamera(const Camera& camera);
+
   LandmarkId AddLandmark(const Eigen::Vector3d& position, KeyframeId first_keyframe);
   // No-op if the keyframe sees this landmark already, or the key point is taken.
   bool AddObservation(LandmarkId landmark, KeyframeId keyframe, uint32_t keypoint);

@@ -1,6 +1,7 @@
 #include "oaslam/map/piece.h"
 
 #include <algorithm>
+#include <memory>
 
 namespace oaslam {
 
@@ -23,9 +24,13 @@ void AdoptPoses(const std::vector<FramePose>& other, double scale, std::vector<F
 
 Frame FrameOf(const Map& map, KeyframeId id) {
   const Keyframe& keyframe = map.keyframes.At(id);
-  Frame frame{
-      keyframe.frame_index,   keyframe.timestamp, keyframe.camera, keyframe.features, {}, false,
-      keyframe.gravity_in_cam};
+  Frame frame{keyframe.frame_index,
+              keyframe.timestamp,
+              std::make_shared<const Camera>(map.cameras[static_cast<size_t>(keyframe.camera)]),
+              keyframe.features,
+              {},
+              false,
+              keyframe.gravity_in_cam};
   frame.image = keyframe.image;
   map.objects.ForEach([&](ObjectId, const Object& object) {
     for (const ObjectObservation& o : object.observations)

@@ -7,11 +7,11 @@
 namespace oaslam {
 namespace {
 
-Keyframe MakeKeyframe(const Frame& frame, const Rigid3& cam_from_world) {
+Keyframe MakeKeyframe(const Frame& frame, const Rigid3& cam_from_world, Map& map) {
   Keyframe keyframe;
   keyframe.frame_index = frame.index;
   keyframe.timestamp = frame.timestamp;
-  keyframe.camera = frame.camera;
+  keyframe.camera = map.AddCamera(*frame.camera);
   keyframe.cam_from_world = cam_from_world;
   keyframe.features = frame.features;
   keyframe.gravity_in_cam = frame.gravity_in_cam;
@@ -38,9 +38,9 @@ bool InsertInitialMap(const InitialMap& initial, Map& map) {
   fresh.cameras = map.cameras;
   fresh.next_landmark = map.next_landmark;
   fresh.classes = map.classes;
-  fresh.keyframes.Insert(initial.first_id, MakeKeyframe(initial.first, {}));
+  fresh.keyframes.Insert(initial.first_id, MakeKeyframe(initial.first, {}, fresh));
   fresh.keyframes.Insert(initial.second_id,
-                         MakeKeyframe(initial.second, initial.second_from_first));
+                         MakeKeyframe(initial.second, initial.second_from_first, fresh));
   for (const InitialPoint& point : initial.points) {
     const LandmarkId id = fresh.AddLandmark(point.position, initial.second_id);
     fresh.AddObservation(id, initial.first_id, point.first_keypoint);
@@ -80,9 +80,8 @@ bool InsertInitialMap(const InitialMap& initial, Map& map) {
 void InsertKeyframe(const KeyframeInsertion& insertion, const MappingConfig& config, Map& map) {
   const TrackedFrame& tracked = insertion.frame;
   const auto reference = map.ResolvePose(tracked.reference);
-  map.keyframes.Insert(
-      insertion.id, MakeKeyframe(tracked.frame, reference ? tracked.cam_from_reference * *reference
-                                                          : tracked.cam_from_world));
+  const Rigid3 pose = reference ? tracked.cam_from_reference * *reference : tracked.cam_from_world;
+  map.keyframes.Insert(insertion.id, MakeKeyframe(tracked.frame, pose, map));
   // After a loop, which has scaled the map, they come again with a later keyframe.
   if (insertion.loops_closed == map.loops_closed)
     for (const auto& [id, motion] : insertion.motions)

@@ -26,8 +26,8 @@ TEST(InitialMap, IsRefinedInItsFrameAndUnit) {
   const synthetic::View first = synthetic::MakeView(world, world.cam_from_world[2], {}, rng);
   const synthetic::View second = synthetic::MakeView(world, world.cam_from_world[3], {}, rng);
   InitialMap initial;
-  initial.first = {0, 0.0, 0, first.features, {}};
-  initial.second = {9, 0.3, 0, second.features, {}};
+  initial.first = {0, 0.0, first.camera, first.features, {}};
+  initial.second = {9, 0.3, second.camera, second.features, {}};
   initial.first_id = KeyframeId(4);
   initial.second_id = KeyframeId(5);
   const Rigid3 motion = world.cam_from_world[3] * world.cam_from_world[2].Inverse();
@@ -78,6 +78,7 @@ TEST(InsertKeyframe, BringsTheMotionsAsTheyAreKnownByNow) {
     s.map.loops_closed = loops;
     const Keyframe& last = s.map.keyframes.At(newest);
     KeyframeInsertion insertion{fresh, {}};
+    insertion.frame.frame.camera = std::make_shared<const Camera>(s.world.camera);
     insertion.frame.frame.features = last.features;
     insertion.frame.cam_from_world = insertion.frame.cam_from_reference = last.cam_from_world;
     insertion.frame.landmarks.resize(last.landmarks.size());

@@ -1,6 +1,7 @@
 #include "oaslam/mapping/loop_verification.h"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -78,7 +79,7 @@ std::optional<LoopClosure> VerifyLoop(const Map& map, KeyframeId current,
   const KeyframeId old = candidate.old;
   const Keyframe& here = map.keyframes.At(current);
   Frame frame;
-  frame.camera = here.camera;
+  frame.camera = std::make_shared<const Camera>(map.cameras[static_cast<size_t>(here.camera)]);
   frame.features = here.features;
   std::optional<Relocalization> found =
       FindAtPlace(frame, map, PlaceAround(map, old), Appearance::kOrb, options, rng);

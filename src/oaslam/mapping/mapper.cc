@@ -72,7 +72,7 @@ bool Mapper::Insert(const KeyframeInsertion& keyframe, int frame_index) {
   CullKeyframes(keyframe.id, config_.mapping, map_);
   unsettled_keyframes_.push_back(keyframe.id);
   undescribed_keyframes_.push_back(keyframe.id);
-  // Of younger ones many are still culled.
+  // Many keyframes are culled soon after they were inserted: those would be described in vain.
   constexpr uint32_t kYoung = 10;
   if (keyframe.id.value > kYoung) DescribeNextBefore(KeyframeId(keyframe.id.value - kYoung));
   unsettled_keyframes_ = PackSettledKeyframes(std::move(unsettled_keyframes_), map_);

@@ -32,13 +32,12 @@ constexpr Round kRounds[] = {{12, 80, 0.9}, {6, 80, 0.95}};
 constexpr int kMaxHammingAround = 64;
 constexpr double kRatioAround = 0.85;
 
-AbsolutePoseReport PoseFromMatches(const Frame& frame, const Map& map,
-                                   const std::vector<PlaceMatch>& matches, int iterations,
-                                   Rng& rng) {
+AbsolutePoseReport PoseFromMatches(const Frame& frame, const std::vector<PlaceMatch>& matches,
+                                   int iterations, Rng& rng) {
   std::vector<PointObservation> observations;
   for (const PlaceMatch& m : matches)
     observations.push_back(ObservationOf(*frame.features, m.keypoint, m.position));
-  return EstimateAbsolutePose(map.cameras[frame.camera], observations,
+  return EstimateAbsolutePose(*frame.camera, observations,
                               {.max_iterations = iterations, .min_inliers = 8}, rng);
 }
 
@@ -57,8 +56,8 @@ std::vector<ProjectedLandmark> ProjectLandmarks(const Map& map,
   std::vector<ProjectedLandmark> projected;
   for (const LandmarkId id : landmarks)
     if (const Landmark* landmark = map.landmarks.Find(id))
-      if (const auto p = ProjectLandmark(id, *landmark, map.cameras[frame.camera], cam_from_world,
-                                         *frame.features))
+      if (const auto p =
+              ProjectLandmark(id, *landmark, *frame.camera, cam_from_world, *frame.features))
         projected.push_back(*p);
   return projected;
 }
@@ -154,8 +153,7 @@ Relocalization SearchAround(const Frame& frame, const Map& map,
         features, map, projected, std::vector<LandmarkId>(features.keypoints.size()),
         {round.radius_px, round.max_hamming, round.ratio, false, !features.learned.empty()});
     const MatchedPoints selected = ObserveMatches(features, map, matches.landmarks);
-    const PoseReport pose =
-        RefinePose(map.cameras[frame.camera], found.cam_from_world, selected.observations);
+    const PoseReport pose = RefinePose(*frame.camera, found.cam_from_world, selected.observations);
     found.points.inliers = 0;
     found.points.expected = static_cast<int>(projected.size());
     if (!pose.success) return found;
@@ -200,8 +198,7 @@ std::optional<Relocalization> FindAtPlace(const Frame& frame, const Map& map, co
                                           Rng& rng) {
   const std::vector<PlaceMatch> matches = MatchPlace(*frame.features, map, place, appearance);
   if (static_cast<int>(matches.size()) < kMinMatches) return std::nullopt;
-  const AbsolutePoseReport rough =
-      PoseFromMatches(frame, map, matches, options.ransac_iterations, rng);
+  const AbsolutePoseReport rough = PoseFromMatches(frame, matches, options.ransac_iterations, rng);
   if (!rough.success) return std::nullopt;
   Relocalization found = SearchAround(frame, map, LandmarksAround(map, place.keyframes.front()),
                                       rough.cam_from_world, appearance);
@@ -223,8 +220,7 @@ Relocalization FindNear(const Frame& frame, const Map& map, std::span<const Land
       matches.push_back(
           {k, wide.landmarks[k], map.landmarks.At(wide.landmarks[k]).position, wide.distances[k]});
   std::ranges::stable_sort(matches, {}, &PlaceMatch::distance);
-  const AbsolutePoseReport rough =
-      PoseFromMatches(frame, map, matches, options.ransac_iterations, rng);
+  const AbsolutePoseReport rough = PoseFromMatches(frame, matches, options.ransac_iterations, rng);
   Relocalization found;
   found.why_not = "no landmarks are where this pose would have them";
   std::vector<LandmarkId> agree;

@@ -28,8 +28,9 @@ std::optional<Relocalization> FindAtPlace(const Frame& frame, const Map& map, co
                                           Rng& rng);
 
 // Confirms and refines a pose from another source, such as objects. First searches `landmarks`
-// (ascending) within `radius_px` of their projections, the error of the guess in the image; then,
-// closer, those of them that an image of the place may show which is found so.
+// (ascending) within `radius_px` of their projections, which is the error of the guess in the
+// image. This tells the place. Then it searches more closely for those of `landmarks` that an image
+// of that place may show.
 Relocalization FindNear(const Frame& frame, const Map& map, std::span<const LandmarkId> landmarks,
                         const Rigid3& guess, double radius_px, const PlaceSearchOptions& options,
                         Rng& rng);

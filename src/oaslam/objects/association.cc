@@ -144,7 +144,7 @@ std::vector<Candidate> FindCandidates(const TrackedFrame& tracked, const Map& sn
                                       const ObjectTracks& tracks, const IdealImage& image) {
   std::vector<Candidate> candidates;
   const std::optional<double> least_depth = LeastDepth(tracked, snapshot, tracks);
-  const Camera& camera = snapshot.cameras[tracked.frame.camera];
+  const Camera& camera = *tracked.frame.camera;
   for (const ObjectTrack& track : tracks.open) {
     const Object* object = snapshot.objects.Find(track.object);
     Candidate c;
@@ -250,8 +250,7 @@ class PlaceJudge {
 
   bool IsExpected(size_t j) const {
     const Candidate& c = candidates_[j];
-    const double min_size =
-        kMinMissedSize * DetectorPixel(snapshot_.cameras[tracked_.frame.camera]);
+    const double min_size = kMinMissedSize * DetectorPixel(*tracked_.frame.camera);
     return c.projection && c.IsMapped() && c.share_inside >= kWellInsideShare &&
            SizeOf(*c.projection) >= min_size && !IsSeenAsPartOrWhole(j);
   }
@@ -338,7 +337,7 @@ ObjectTracks ObjectTracks::ContinueFrom(const Map& map) {
 ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snapshot,
                                    ObjectTracks tracks, const ObjectsConfig& config) {
   const Frame& frame = tracked.frame;
-  const Camera& camera = snapshot.cameras[frame.camera];
+  const Camera& camera = *frame.camera;
   const IdealImage image(camera);
   SynchronizeWith(snapshot, frame, ViewCone(tracked.cam_from_world, image, camera), config, tracks);
   const std::vector<Candidate> candidates = FindCandidates(tracked, snapshot, tracks, image);
@@ -348,6 +347,7 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
   const double weight = std::min(interval, kIndependentInterval) / kVideoInterval;
   if (!frame.detections.empty()) tracks.last_time = frame.timestamp;
 
+  const int camera_index = snapshot.IndexOf(camera);
   std::vector<ObjectSighting> sightings;
   for (const ObjectDetection& detection : frame.detections) {
     // Where the lens model is not one to one, a box may be empty in the ideal image.
@@ -359,7 +359,7 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
     sighting.shares = detection.shares;
     sighting.landmarks = LandmarksInside(tracked, detection.box);
     sighting.observation = {
-        frame.index,   tracked.reference, tracked.cam_from_reference, frame.camera,
+        frame.index,   tracked.reference, tracked.cam_from_reference, camera_index,
         detection.box, detection.score,   detection.truncated,        weight};
     sightings.push_back(std::move(sighting));
   }

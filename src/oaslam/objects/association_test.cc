@@ -23,6 +23,7 @@ TrackedFrame FrameWith(int index, std::vector<ObjectDetection> detections) {
   TrackedFrame tracked;
   tracked.frame.index = index;
   tracked.frame.timestamp = index / 30.0;
+  tracked.frame.camera = std::make_shared<const Camera>(kCamera);
   tracked.frame.detections = std::move(detections);
   tracked.reference = KeyframeId(0);
   return tracked;

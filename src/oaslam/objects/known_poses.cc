@@ -40,13 +40,15 @@ KnownPoseMap MapObjectsFromKnownPoses(std::span<const PosedDetections> frames, c
   no_features->BuildGrid();
   ObjectTracks tracks;
   std::vector<std::pair<ObjectId, ObjectObservation>> observations;
+  const auto shared_camera = std::make_shared<const Camera>(camera);
   for (size_t i = 0; i < frames.size(); ++i) {
     const PosedDetections& frame = frames[i];
     const KeyframeId id(static_cast<uint32_t>(i));
     map.keyframes.Insert(
         id, {frame.frame_index, frame.timestamp, 0, frame.cam_from_world, no_features, {}, {}});
     TrackedFrame tracked;
-    tracked.frame = {frame.frame_index, frame.timestamp, 0, no_features, frame.detections};
+    tracked.frame = {frame.frame_index, frame.timestamp, shared_camera, no_features,
+                     frame.detections};
     tracked.cam_from_world = frame.cam_from_world;
     tracked.reference = id;
     ObjectAssociation association = AssociateObjects(tracked, map, std::move(tracks), config);

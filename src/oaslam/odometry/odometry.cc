@@ -18,7 +18,8 @@ constexpr int kLevels = 5;  // of the pyramid: 16 px there are 256 of the image
 // Fewer agree on a pose by chance. Right poses of rooms, a drive and a hand-held camera have 111
 // and more, wrong ones of stills with large steps 4 to 14.
 constexpr int kLeastPoints = 30;
-// Share of inliers, below which a wrong minimum is likely; .90 misses what walk b at 5 Hz needs.
+// Where a smaller share of the points agrees with the pose, its search may have ended in a wrong
+// minimum. With .90 a walk at 5 Hz loses images that other starts would place.
 constexpr double kDoubtful = 0.95;
 
 Camera Halved(Camera camera) {

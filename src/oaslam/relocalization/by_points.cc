@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <optional>
 
 #include "oaslam/estimation/absolute_pose.h"
@@ -33,21 +34,15 @@ Camera WithFocal(const Camera& camera, double focal) {
   return changed;
 }
 
-Map WithCameraOf(const Map& map, const Frame& frame, const Camera& camera) {
-  Map changed = map;  // shares its tables
-  changed.cameras[static_cast<size_t>(frame.camera)] = camera;
-  return changed;
-}
-
 // Estimates pose and focal length: of the focal lengths tried, takes the one for which most matches
 // agree on a pose. Returns nothing where none has such a pose.
-std::optional<FocalReport> FocalFromMatches(const Frame& frame, const Map& map,
+std::optional<FocalReport> FocalFromMatches(const Frame& frame,
                                             const std::vector<PlaceMatch>& matches, int iterations,
                                             Rng& rng) {
   // Focal lengths from wide to long (96 to 20 degrees over the longer side), so dense that the one
   // nearest to the true one finds most of its inliers.
   constexpr double kShortest = 0.45, kLongest = 2.8, kStep = 1.2;  // of the longer side
-  const Camera& camera = map.cameras[static_cast<size_t>(frame.camera)];
+  const Camera& camera = *frame.camera;
   const double longer = std::max(camera.width, camera.height);
   std::vector<PointObservation> observations;
   for (const PlaceMatch& m : matches)
@@ -99,7 +94,7 @@ Relocalization RelocalizeByPoints(const Frame& frame, const Map& map, const Plac
 
 Relocalization RefineFocal(const Frame& frame, const Map& map, Relocalization found,
                            double min_confidence) {
-  found.camera = map.cameras[static_cast<size_t>(frame.camera)];
+  found.camera = *frame.camera;
   found.focal_sigma = std::numeric_limits<double>::infinity();
   const std::vector<LandmarkId>& landmarks = found.points.landmarks;
   std::vector<PointObservation> observations;
@@ -131,20 +126,20 @@ Relocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& map,
     const std::vector<PlaceMatch> matches = MatchPlace(features, map, place, appearance);
     if (static_cast<int>(matches.size()) < kMinMatches) continue;
     const std::optional<FocalReport> rough =
-        FocalFromMatches(frame, map, matches, config.ransac_iterations, rng);
+        FocalFromMatches(frame, matches, config.ransac_iterations, rng);
     if (!rough) continue;
     const std::vector<LandmarkId> landmarks = LandmarksAround(map, place.keyframes.front());
-    Camera camera = rough->camera;
+    Frame seen = frame;
+    seen.camera = std::make_shared<const Camera>(rough->camera);
     Relocalization found;
     found.cam_from_world = rough->cam_from_world;
     // The points found with the rough focal length improve it, and with the improved one more
     // points are found.
     for (int round = 0; round < 2; ++round) {
-      const Map with = WithCameraOf(map, frame, camera);
-      found = RefineFocal(frame, with,
-                          SearchAround(frame, with, landmarks, found.cam_from_world, appearance),
+      found = RefineFocal(seen, map,
+                          SearchAround(seen, map, landmarks, found.cam_from_world, appearance),
                           config.accept_confidence);
-      camera = *found.camera;
+      seen.camera = std::make_shared<const Camera>(*found.camera);
     }
     Keep(std::move(found), best);
     if (best.IsFound()) break;

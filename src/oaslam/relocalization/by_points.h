@@ -22,9 +22,9 @@ Relocalization RelocalizeByPoints(const Frame& frame, const Map& map, const Plac
                                   Appearance appearance = Appearance::kOrb,
                                   const std::optional<Rigid3>& roughly = std::nullopt);
 
-// Relocalizes a frame whose focal length is not known. Its camera in the map must have no
-// distortion; its focal length is ignored. Focal lengths over the whole range of lenses are tried,
-// and the one with the most points is refined together with the pose.
+// Relocalizes a frame whose focal length is not known. Its camera must have no distortion; its
+// focal length is ignored. Focal lengths over the whole range of lenses are tried, and the one with
+// the most points is refined together with the pose.
 Relocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& map,
                                           const PlaceIndex& index,
                                           const RelocalizationConfig& config, Rng& rng,

@@ -97,7 +97,7 @@ TEST(RelocalizeByPoints, FindsByLearnedDescriptorsWhereOrbFails) {
     DescribedWorld f(all_landmarks);
     const Rigid3 truth = synthetic::PoseOnArc(kWorld, 7);
     const View view = MakeView(f.world, truth, {.flipped_bits = 20, .missed = 0.3}, f.rng);
-    Frame frame;
+    Frame frame = MakeFrame(view);
     frame.features = synthetic::KnownByLearned(*view.features, f.rng);
     EXPECT_FALSE(RelocalizeByPoints(frame, f.mapped.map, f.index, {}, f.rng).IsFound());
     const Relocalization found =

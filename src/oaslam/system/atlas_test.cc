@@ -40,7 +40,7 @@ class AtlasTest : public testing::Test {
     const double missed = scene == Scene::kNothing ? 1 : 0.1;
     return {index,
             index / 30.0,
-            0,
+            std::make_shared<const Camera>(world.camera),
             synthetic::MakeView(world, TruePose(place), {.missed = missed}, rng_).features,
             {}};
   }

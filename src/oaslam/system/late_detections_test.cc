@@ -51,7 +51,7 @@ class LateDetections : public testing::Test {
       Frame frame{
           i,
           i / 30.0,
-          0,
+          std::make_shared<const Camera>(world_.camera),
           synthetic::MakeView(world_, TruePose(i), {.missed = blind ? 1.0 : 0.1}, rng).features,
           {}};
       constexpr int kBeginning = 30;  // frames with which the map begins

@@ -57,6 +57,8 @@ class AdjustmentTest : public testing::Test {
     TrackedFrame seen;
     seen.frame.index = frame_index;
     seen.frame.timestamp = frame_index;
+    seen.frame.camera =
+        std::make_shared<const Camera>(map.cameras[static_cast<size_t>(like.camera)]);
     seen.frame.features = like.features;
     seen.cam_from_world = like.cam_from_world;
     seen.reference = first;

@@ -44,7 +44,7 @@ Walked Follow(const Walk& walk) {
   const Rigid3 first = synthetic::PoseOnArc({}, -20);
   for (int i = 0; i < walk.frames; ++i) {
     const Rigid3 pose = synthetic::PoseOnArc({}, -20 + 0.4 * i);
-    Frame frame{i, i / 30.0, 0, {}, {}};
+    Frame frame{i, i / 30.0, std::make_shared<const Camera>(world.camera), {}, {}};
     const bool is_blind = i >= walk.blind_from && i < walk.blind_to;
     frame.features =
         synthetic::MakeView(world, pose, {.missed = is_blind ? 1.0 : 0.1}, rng).features;

@@ -42,7 +42,7 @@ WalkResult RunWalk(RunnerMode mode, int frames, int blind_from = -1, int blind_t
   for (int i = 0; i < frames; ++i) {
     const bool blind = i >= blind_from && i < blind_to;
     const double angle = -20 + 0.4 * (i < 80 ? i : 160 - i);
-    Frame frame{i, i / 30.0, 0, {}, {}};
+    Frame frame{i, i / 30.0, std::make_shared<const Camera>(world.camera), {}, {}};
     frame.features = synthetic::MakeView(world, synthetic::PoseOnArc({}, angle),
                                          {.missed = blind ? 1.0 : 0.1}, rng)
                          .features;

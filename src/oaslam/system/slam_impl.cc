@@ -60,9 +60,7 @@ Slam::Impl::Impl(const SlamConfig& config, const Camera& camera)
 void Slam::Impl::Begin(SavedMap saved, bool is_loaded) {
   const int frames = FramesOf(saved);
   Map& map = saved.map;
-  const auto known = std::ranges::find(map.cameras, camera_);
-  const auto camera_index = static_cast<int>(known - map.cameras.begin());
-  if (known == map.cameras.end()) map.cameras.push_back(camera_);
+  map.AddCamera(camera_);
   auto atlas = std::make_unique<Atlas>(config_, std::move(map), is_loaded, std::move(saved.pieces));
   atlas->SetRelocalizationMode(mode_);
   atlas->SetMapping(is_mapping_);
@@ -71,7 +69,6 @@ void Slam::Impl::Begin(SavedMap saved, bool is_loaded) {
   atlas_ = std::move(atlas);
   odometry_.emplace(camera_, OdometryOptions{}, static_cast<uint64_t>(config_.runner.seed));
   odometry_->SetMask(mask_);
-  camera_index_ = camera_index;
   audit_ = {};
   trails_ = {};
   last_timestamp_.reset();
@@ -125,14 +122,12 @@ void Slam::Impl::PostChange() {
 }
 
 Frame Slam::Impl::MakeFrame(const ImageInput& input, int index, int keypoints) {
-  Frame frame = frame_maker_.Make(input, index, keypoints, session().snapshot()->classes);
-  frame.camera = camera_index_;
-  return frame;
+  return frame_maker_.Make(input, index, keypoints, session().snapshot()->classes);
 }
 
 Frame Slam::Impl::FrameOf(double timestamp, const std::vector<Detection>& detections,
                           const std::optional<Eigen::Vector3d>& gravity_in_cam) const {
-  return {0,     timestamp,     camera_index_, {}, CheckedDetections(camera_, detections),
+  return {0,     timestamp,     frame_maker_.camera(), {}, CheckedDetections(camera_, detections),
           false, gravity_in_cam};
 }
 
@@ -191,7 +186,6 @@ Frame Slam::Impl::MakeNextFrame(const ImageInput& input, double& cpu_ms) {
     frame = !motion || atlas_->NeedsFeatures(input.timestamp, motion.get())
                 ? with_features()
                 : frame_maker_.MakeWithoutFeatures(grey, next_index_);
-    frame.camera = camera_index_;
     frame.motion = motion;
     cpu_ms = watch.ThreadCpuMs();
   }

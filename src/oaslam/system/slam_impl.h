@@ -59,7 +59,6 @@ class OASLAM_LOCAL Slam::Impl {
 
   SlamConfig config_;
   Camera camera_;
-  int camera_index_ = 0;
   FrameMaker frame_maker_;
   Relocalizer relocalizer_;
   std::optional<Odometry> odometry_;

@@ -98,9 +98,9 @@ TrackReport CarryByMotion(const Frame& frame, const Map& map, const TrackedFrame
   for (size_t i = 0; i < last.landmarks.size(); ++i) {
     const LandmarkId id = last.landmarks[i];
     const Landmark* landmark = map.landmarks.Find(id);
-    const auto seen = landmark ? ProjectLandmark(id, *landmark, map.cameras[frame.camera],
-                                                 carried.cam_from_world, before)
-                               : std::nullopt;
+    const auto seen =
+        landmark ? ProjectLandmark(id, *landmark, *frame.camera, carried.cam_from_world, before)
+                 : std::nullopt;
     if (!seen) continue;
     features.keypoints.push_back(before.keypoints[i]);
     features.keypoints.back().px = seen->px.cast<float>();

@@ -59,10 +59,10 @@ int Initializer::NeededMatches(const Frame& frame) const {
                     config_.min_init_matches);
 }
 
-KeypointPairs Initializer::Follow(Reference& reference, const Frame& frame,
-                                  const Camera& camera) const {
-  KeypointPairs pairs = MatchWithinWindow(*reference.frame.features, *frame.features,
-                                          reference.last_seen, kWindow * camera.fx, kMatchRatio);
+KeypointPairs Initializer::Follow(Reference& reference, const Frame& frame) const {
+  KeypointPairs pairs =
+      MatchWithinWindow(*reference.frame.features, *frame.features, reference.last_seen,
+                        kWindow * frame.camera->fx, kMatchRatio);
   for (const auto& [a, b] : pairs)
     reference.last_seen[a] = frame.features->keypoints[b].px.cast<double>();
   reference.matches = static_cast<int>(pairs.size());
@@ -71,7 +71,7 @@ KeypointPairs Initializer::Follow(Reference& reference, const Frame& frame,
 }
 
 std::optional<InitialMap> Initializer::Try(const Reference& reference, const Frame& frame,
-                                           const Camera& camera, const KeypointPairs& pairs) {
+                                           const KeypointPairs& pairs) {
   const Features &first = *reference.frame.features, &second = *frame.features;
   std::vector<Eigen::Vector2d> in_first, in_second;
   std::vector<double> sigma, moved;
@@ -94,8 +94,8 @@ std::optional<InitialMap> Initializer::Try(const Reference& reference, const Fra
       frame.motion->cam_from_odom * CamFromOdom(*reference.frame.motion, *frame.motion)
                                         .value_or(reference.frame.motion->cam_from_odom)
                                         .Inverse();
-  const TwoViewReport report =
-      TriangulateTwoViews(camera, camera, in_first, in_second, sigma, motion, options);
+  const TwoViewReport report = TriangulateTwoViews(*reference.frame.camera, *frame.camera, in_first,
+                                                   in_second, sigma, motion, options);
   if (!report.success) {
     why_not_ = report.parallax_deg < options.min_parallax_deg
                    ? "the camera only turned, or all it sees is far away"
@@ -116,7 +116,7 @@ std::optional<InitialMap> Initializer::Try(const Reference& reference, const Fra
   return map;
 }
 
-std::optional<InitialMap> Initializer::Process(const Frame& frame, const Camera& camera) {
+std::optional<InitialMap> Initializer::Process(const Frame& frame) {
   const int needed = NeededMatches(frame);
   const bool is_known = frame.motion && !frame.motion->is_preliminary;
   if (frame.features->size() < needed)
@@ -127,13 +127,13 @@ std::optional<InitialMap> Initializer::Process(const Frame& frame, const Camera&
     for (Reference& reference : references_) Revise(*frame.motion, reference.frame);
   std::optional<InitialMap> map;
   for (Reference& reference : references_) {
-    const KeypointPairs pairs = Follow(reference, frame, camera);
+    const KeypointPairs pairs = Follow(reference, frame);
     const bool is_due =
         !reference.last_try || frame.timestamp - *reference.last_try > kBetweenTries;
     if (map || !is_due || reference.matches < needed ||
         !HaveKnownMotion(reference.frame.motion, frame.motion))
       continue;
-    map = Try(reference, frame, camera, pairs);
+    map = Try(reference, frame, pairs);
     reference.last_try = frame.timestamp;
   }
   if (map) return map;

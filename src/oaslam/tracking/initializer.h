@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "oaslam/camera.h"
 #include "oaslam/config.h"
 #include "oaslam/map/command.h"
 #include "oaslam/matching/descriptor_match.h"
@@ -21,7 +20,7 @@ class Initializer {
   explicit Initializer(const TrackingConfig& config) : config_(config) {}
 
   // Processes the next frame. Returns the initial map, without keyframe ids, once one is reliable.
-  std::optional<InitialMap> Process(const Frame& frame, const Camera& camera);
+  std::optional<InitialMap> Process(const Frame& frame);
   // Begins anew. Returns the frames of the last seconds before the second frame of the initial map,
   // in order, so that they can be tracked in the map afterwards.
   std::vector<Frame> Reset();
@@ -41,9 +40,9 @@ class Initializer {
 
   // The number of matches that two views need for a map: fewer where the image has few corners.
   int NeededMatches(const Frame& frame) const;
-  KeypointPairs Follow(Reference& reference, const Frame& frame, const Camera& camera) const;
+  KeypointPairs Follow(Reference& reference, const Frame& frame) const;
   std::optional<InitialMap> Try(const Reference& reference, const Frame& frame,
-                                const Camera& camera, const KeypointPairs& pairs);
+                                const KeypointPairs& pairs);
 
   TrackingConfig config_;
   std::deque<Reference> references_;  // oldest first

@@ -35,7 +35,7 @@ std::optional<double> UnitByObjects(const Frame& frame, const Rigid3& cam_from_m
   });
   std::vector<double> units;
   for (const FrameMotion::KnownDepth& point : frame.motion->depths) {
-    const Eigen::Vector3d ray = RayOf(map.cameras[frame.camera], point.px.cast<double>());  // z = 1
+    const Eigen::Vector3d ray = RayOf(*frame.camera, point.px.cast<double>());  // z = 1
     double nearest = std::numeric_limits<double>::infinity();
     for (const auto& [unit_from_cam, camera] : targets) {
       const Eigen::Vector3d d = unit_from_cam * ray;

@@ -52,7 +52,7 @@ Frame MovingFrame(int i, const Map& map, Rng& rng) {
                                static_cast<float>(kMapFromOdom.scale / in_cam.z())});
     }
   });
-  Frame frame{i, i / 30.0, 0, {}, {}};
+  Frame frame{i, i / 30.0, std::make_shared<const Camera>(object_table::kCamera), {}, {}};
   frame.motion = std::make_shared<const FrameMotion>(std::move(motion));
   return frame;
 }

@@ -70,7 +70,7 @@ TrackReport Refine(const Frame& frame, const Map& map, const Rigid3& initial,
                    const std::vector<LandmarkId>& matches, int min_inliers,
                    const std::optional<ExpectedPose>& prior = std::nullopt) {
   const MatchedPoints matched = ObserveMatches(*frame.features, map, matches);
-  const Camera& camera = map.cameras[frame.camera];
+  const Camera& camera = *frame.camera;
   return Report(camera, RefinePose(camera, initial, matched.observations, prior), matched, matches,
                 min_inliers);
 }
@@ -98,8 +98,8 @@ TrackReport TrackIn(const LocalMap& local, const Frame& frame, const Map& map, c
   std::vector<ProjectedLandmark> projected;
   for (const LandmarkId id : local.landmarks) {
     if (std::ranges::binary_search(known, id)) continue;
-    if (const auto p = ProjectLandmark(id, map.landmarks.At(id), map.cameras[frame.camera], start,
-                                       *frame.features))
+    if (const auto p =
+            ProjectLandmark(id, map.landmarks.At(id), *frame.camera, start, *frame.features))
       projected.push_back(*p);
   }
   ProjectionSearchOptions options;
@@ -144,9 +144,8 @@ EpipolarMatch ToMatch(const Camera& camera, const Features& before, const Featur
 TrackReport TrackFromLastFrame(const Frame& frame, const Map& map, const Features& last_features,
                                const std::vector<LandmarkId>& last_landmarks,
                                const Rigid3& predicted, double radius) {
-  const LandmarkMatches matches =
-      SearchFromLastFrame(*frame.features, map.cameras[frame.camera], predicted, map, last_features,
-                          last_landmarks, radius);
+  const LandmarkMatches matches = SearchFromLastFrame(*frame.features, *frame.camera, predicted,
+                                                      map, last_features, last_landmarks, radius);
   if (matches.count < kMinMatches) return {};
   return Refine(frame, map, predicted, matches.landmarks, kMinFirstInliers);
 }
@@ -180,7 +179,7 @@ TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const Featur
   // Search radius in pixels of the lowest level: how far a point's actual depth may move it between
   // two images.
   constexpr double kRadius = 40;
-  const Camera& camera = map.cameras[frame.camera];
+  const Camera& camera = *frame.camera;
   if (!(tracked.depth > 0)) return tracked;
   const Rigid3 cam_from_before = tracked.cam_from_world * before_from_world.Inverse();
   std::vector<EpipolarMatch> matches;

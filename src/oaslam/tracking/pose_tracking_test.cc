@@ -17,6 +17,7 @@ struct Scene {
 
   Scene() {
     Rng rng(9);
+    frame.camera = std::make_shared<const Camera>(world.camera);
     frame.features = synthetic::MakeView(world, truth, {}, rng).features;
   }
   double Error(const Rigid3& pose) const {
@@ -45,6 +46,7 @@ TEST(PoseTracking, AnImageOfNothingFails) {
   const Scene s;
   Rng rng(1);
   Frame clutter;
+  clutter.camera = std::make_shared<const Camera>(s.world.camera);
   clutter.features =
       synthetic::MakeView(s.world, s.truth, {.missed = 1.0, .clutter = 800}, rng).features;
   const Keyframe& last = s.mapped.map.keyframes.At(KeyframeId(4));
@@ -111,12 +113,13 @@ TEST(Initializer, WaitsForParallaxAndThenMakesAMap) {
   int at = 0;
   for (int i = 0; i < 40 && !map; ++i) {
     Frame frame;
+    frame.camera = std::make_shared<const Camera>(world.camera);
     frame.index = i;
     frame.timestamp = i / 30.0;
     frame.features =
         synthetic::MakeView(world, synthetic::PoseOnArc({}, 0.4 * i), {}, views).features;
     frame.motion = synthetic::TrueMotion(i, synthetic::PoseOnArc({}, 0.4 * i));
-    map = initializer.Process(frame, world.camera);
+    map = initializer.Process(frame);
     at = i;
   }
   ASSERT_TRUE(map);
@@ -134,12 +137,13 @@ TEST(Initializer, NeverFromACameraThatOnlyTurns) {
   for (int i = 0; i < 25; ++i) {
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.008 * i, Eigen::Vector3d::UnitY()));
     Frame frame;
+    frame.camera = std::make_shared<const Camera>(world.camera);
     frame.index = i;
     frame.timestamp = i / 30.0;
     const Rigid3 pose = Rigid3(turn, Eigen::Vector3d::Zero()) * synthetic::PoseOnArc({}, 0);
     frame.features = synthetic::MakeView(world, pose, {}, views).features;
     frame.motion = synthetic::TrueMotion(i, pose);
-    EXPECT_FALSE(initializer.Process(frame, world.camera)) << i;
+    EXPECT_FALSE(initializer.Process(frame)) << i;
   }
   EXPECT_EQ(initializer.why_not(), "the camera only turned, or all it sees is far away");
 }
@@ -149,6 +153,7 @@ TEST(Initializer, SaysWhyThereIsNoMapYet) {
   Initializer initializer{TrackingConfig{}};
   Rng views(5);
   Frame frame;
+  frame.camera = std::make_shared<const Camera>(world.camera);
   const Rigid3 pose = synthetic::PoseOnArc({}, 0);
   for (frame.index = 0; frame.index < 3; ++frame.index) {
     frame.timestamp = frame.index / 10.0;
@@ -156,17 +161,17 @@ TEST(Initializer, SaysWhyThereIsNoMapYet) {
     FrameMotion motion = *synthetic::TrueMotion(frame.index, pose);
     motion.is_preliminary = true;
     frame.motion = std::make_shared<const FrameMotion>(motion);
-    EXPECT_FALSE(initializer.Process(frame, world.camera));
+    EXPECT_FALSE(initializer.Process(frame));
   }
   EXPECT_EQ(initializer.why_not(), "the motion is not clear yet");
   for (; frame.index < 6; ++frame.index) {
     frame.timestamp = frame.index / 10.0;
     frame.motion = synthetic::TrueMotion(frame.index, pose);
-    EXPECT_FALSE(initializer.Process(frame, world.camera));
+    EXPECT_FALSE(initializer.Process(frame));
   }
   EXPECT_EQ(initializer.why_not(), "the camera has not moved");
   frame.features = std::make_shared<const Features>();
-  EXPECT_FALSE(initializer.Process(frame, world.camera));
+  EXPECT_FALSE(initializer.Process(frame));
   EXPECT_EQ(initializer.why_not(), "too few corners in the image");
 }
 

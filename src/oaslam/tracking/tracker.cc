@@ -57,7 +57,7 @@ void Tracker::Take(const Frame& frame) {
 
 TrackingStep Tracker::Track(const Frame& frame, const Map& map, const TrackingContext& context) {
   Take(frame);
-  if (std::holds_alternative<Initializing>(phase_)) return Initialize(frame, map, context);
+  if (std::holds_alternative<Initializing>(phase_)) return Initialize(frame, context);
   if (std::holds_alternative<Following>(phase_)) return Follow(frame, map, context);
   return Search(frame, map, context);
 }
@@ -75,12 +75,11 @@ bool Tracker::NeedsFeatures(double timestamp, const FrameMotion* motion) const {
          !link_.CanCarry(timestamp, motion);
 }
 
-TrackingStep Tracker::Initialize(const Frame& frame, const Map& map,
-                                 const TrackingContext& context) {
+TrackingStep Tracker::Initialize(const Frame& frame, const TrackingContext& context) {
   if (!context.IsMapping()) return {PoseBeforeMap(nullptr)};
   TrackingStep step{PoseBeforeMap(frame.motion.get())};
   auto& phase = std::get<Initializing>(phase_);
-  std::optional<InitialMap> initial = phase.initializer.Process(frame, map.cameras[frame.camera]);
+  std::optional<InitialMap> initial = phase.initializer.Process(frame);
   if (!initial) return step;
   phase.first = initial->first_id = KeyframeId(context.ids->keyframe++);
   phase.second = initial->second_id = KeyframeId(context.ids->keyframe++);

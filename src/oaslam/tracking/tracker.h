@@ -130,7 +130,7 @@ class Tracker {
  private:
   void Take(const Frame& frame);
   // Of each phase: what becomes of an image.
-  TrackingStep Initialize(const Frame& frame, const Map& map, const TrackingContext& context);
+  TrackingStep Initialize(const Frame& frame, const TrackingContext& context);
   TrackingStep Follow(const Frame& frame, const Map& map, const TrackingContext& context);
   TrackingStep Search(const Frame& frame, const Map& map, const TrackingContext& context);
 

@@ -23,7 +23,7 @@ class TrackerTest : public testing::Test {
     const Rigid3 pose = synthetic::PoseOnArc({}, angle);
     Frame frame{index,
                 index / 30.0,
-                0,
+                camera_,
                 synthetic::MakeView(world_, pose, {.missed = missed}, rng_).features,
                 {}};
     if (index < kBeginning) frame.motion = synthetic::TrueMotion(index, pose);
@@ -48,6 +48,7 @@ class TrackerTest : public testing::Test {
   }
 
   synthetic::World world_ = synthetic::MakeWorld({});
+  std::shared_ptr<const Camera> camera_ = std::make_shared<const Camera>(world_.camera);
   Rng rng_{7};
   NextIds ids_;
   TrackingContext context_{.ids = &ids_};

@@ -21,7 +21,7 @@ void Trajectory::Add(const FramePose& pose, const Frame& frame,
 
 void Trajectory::AddCarried(const FramePose& pose, int other_frame, const Rigid3& cam_from_other) {
   Put(pose);
-  Keep({pose.frame_index, 0, {}, Carried{other_frame, cam_from_other}});
+  Keep({pose.frame_index, nullptr, {}, Carried{other_frame, cam_from_other}});
 }
 
 void Trajectory::Keep(Unrefined unrefined) {
@@ -74,7 +74,7 @@ void Trajectory::Refine(const Map& map, const Unrefined& unrefined, FramePose& p
     if (const Landmark* landmark = map.landmarks.Find(s.landmark))
       observations.push_back({landmark->position, s.px.cast<double>(), 1.0 / (s.scale * s.scale)});
   const PoseReport refined =
-      RefinePose(map.cameras[unrefined.camera], pose.cam_from_reference * *reference, observations);
+      RefinePose(*unrefined.camera, pose.cam_from_reference * *reference, observations);
   if (!refined.success || refined.inliers < kMinInliers ||
       refined.inliers < kMinShare * static_cast<double>(unrefined.seen.size()))
     return;

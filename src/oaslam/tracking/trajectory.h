@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -48,8 +49,9 @@ class Trajectory {
     Rigid3 cam_from_other;
   };
   struct Unrefined {
-    int frame_index = 0, camera = 0;
-    std::vector<Seen> seen;  // empty where it was carried
+    int frame_index = 0;
+    std::shared_ptr<const Camera> camera;  // as `seen`, null and empty where it was carried
+    std::vector<Seen> seen;
     std::optional<Carried> carried{};
   };
   void Keep(Unrefined unrefined);

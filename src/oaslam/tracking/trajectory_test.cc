@@ -19,7 +19,7 @@ struct TrajectoryScene {
   TrajectoryScene() {
     Rng rng(4);
     const synthetic::View view = synthetic::MakeView(world, truth, {}, rng);
-    frame = {20, 0.6, 0, view.features, {}};
+    frame = {20, 0.6, view.camera, view.features, {}};
     for (const int point : view.point_of_keypoint)
       landmarks.push_back(point < 0 ? LandmarkId() : mapped.landmark_of_point[point]);
   }

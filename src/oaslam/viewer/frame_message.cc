@@ -91,7 +91,7 @@ void AddFrame(const FrameRecord& record, const ClassNames& names, std::span<cons
               MessageBuilder& message) {
   const FrameView& view = record.view;
   const TrackingResult& result = record.result;
-  const Camera& camera = view.map->cameras[view.frame.camera];
+  const Camera& camera = *view.frame.camera;
   json& frame = message.header["frame"];
   frame = {{"frame", result.frame},
            {"timestamp", result.timestamp},

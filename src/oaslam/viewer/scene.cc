@@ -42,7 +42,7 @@ void Scene::TakePicture() {
   const cv::Mat grey = std::exchange(frame_->image, {});
   if (grey.empty()) return;
   const cv::Mat image = InColor(grey, frame_->image_path, frame_->image_orientation);
-  const Camera& camera = map_->cameras[view.frame.camera];
+  const Camera& camera = *view.frame.camera;
   picture_ = picture_maker_.Make(camera, image);
   const double scale = picture_maker_.ScaleOf(camera);
   if (view.frame.features) colors_.Add(picture_, scale, *view.frame.features, view.landmarks);
@@ -54,8 +54,8 @@ void Scene::TakePicture() {
 
 void Scene::NoteState(const FrameRecord& record) {
   const TrackingState now = record.result.state;
-  const std::optional<TrackingState> before =
-      notes_.empty() ? std::nullopt : std::optional(notes_.back().state);
+  std::optional<TrackingState> before;
+  if (!notes_.empty()) before = notes_.back().state;
   const int frame = record.result.frame;
   if (now == TrackingState::kRelocalized) {
     const auto& found = record.view.relocalization;

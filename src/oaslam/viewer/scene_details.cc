@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <memory>
 
 #include "oaslam/viewer/frame_message.h"
 #include "oaslam/viewer/map_delta.h"
@@ -67,7 +68,11 @@ std::optional<std::string> Scene::DescribeKeyframe(KeyframeId id) const {
   result.world_from_cam = keyframe->cam_from_world.Inverse();
   record.view.map = map_;
   record.view.frame = {
-      keyframe->frame_index, keyframe->timestamp, keyframe->camera, keyframe->features, {}};
+      keyframe->frame_index,
+      keyframe->timestamp,
+      std::make_shared<const Camera>(map_->cameras[static_cast<size_t>(keyframe->camera)]),
+      keyframe->features,
+      {}};
   record.view.landmarks = keyframe->landmarks;
   result.keypoints = static_cast<int>(keyframe->landmarks.size());
   result.matched = static_cast<int>(std::ranges::count_if(

@@ -47,8 +47,11 @@ FrameRecord RecordOf(const std::shared_ptr<const Map>& map, int frame,
   record.result.ms_total = 8.5;
   if (state != TrackingState::kLost) record.result.world_from_cam = Rigid3();
   record.view.map = map;
-  record.view.frame = {
-      frame, frame / 30.0, 0, std::make_shared<Features>(), {{41, 0.9, Box{140, 90, 180, 150}, 0}}};
+  record.view.frame = {frame,
+                       frame / 30.0,
+                       std::make_shared<const Camera>(map->cameras.front()),
+                       std::make_shared<Features>(),
+                       {{41, 0.9, Box{140, 90, 180, 150}, 0}}};
   record.view.detected = {ObjectId(7)};
   record.view.pose = FramePose{frame, frame / 30.0, KeyframeId(0), {}, state};
   record.image = cv::Mat(240, 320, CV_8UC3, cv::Scalar(10, 20, 200));

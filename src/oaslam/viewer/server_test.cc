@@ -235,6 +235,7 @@ TEST(Viewer, AViewerThatStopsReadingDelaysNobody) {
     record.result.timestamp = i / 30.0;
     record.result.state = TrackingState::kTracking;
     record.view.map = i % 2 == 0 ? map : std::make_shared<const Map>(*map);
+    record.view.frame.camera = std::make_shared<const Camera>(map->cameras.front());
     record.view.frame.features = std::make_shared<Features>();
     record.image = cv::Mat(480, 640, CV_8UC3, cv::Scalar(i % 255, 0, 0));
     viewer.Show(std::move(record));

@@ -1,0 +1,90 @@
+#include "oaslam/tracking/pose_certainty.h"
+
+#include <gtest/gtest.h>
+
+#include "synthetic_world.h"
+
+namespace oaslam {
+namespace {
+
+class PoseCertaintyTest : public testing::Test {
+ protected:
+  PoseCertaintyTest() {
+    tracked_.reference = KeyframeId(0);
+    tracked_.matched = tracked_.inliers = 200;
+    tracked_.depth = 3;
+    tracked_.covariance.diagonal().head<3>().setConstant(1e-4);
+  }
+
+  ImagePose Rate(TrackingState state = TrackingState::kTracking, MapUse use = MapUse::kExtend) {
+    return certainty_.Rate(frame_, map_, tracked_, state, OdometryLink(), use, seen_confidence_);
+  }
+
+  Map map_ = synthetic::MakeMap(synthetic::MakeWorld({}), {}).map;
+  Frame frame_;
+  TrackReport tracked_;
+  double seen_confidence_ = 0;
+  PoseCertainty certainty_;
+};
+
+TEST_F(PoseCertaintyTest, ManyLandmarksAreSure) {
+  const ImagePose pose = Rate();
+  EXPECT_EQ(pose.source, PoseSource::kMap);
+  EXPECT_GT(pose.confidence, 0.95);
+  EXPECT_FALSE(pose.is_uncertain);
+  EXPECT_GT(SigmaOfPosition(pose.covariance), SigmaOfPosition(tracked_.covariance));
+}
+
+// A pose near where the motion led is as right as the one before it.
+TEST_F(PoseCertaintyTest, FewLandmarksDoNotRefuteWhatManySaidBefore) {
+  tracked_.inliers = 20;
+  EXPECT_LT(Rate().confidence, 0.9);
+  tracked_.inliers = 200;
+  const double sure = Rate().confidence;
+  tracked_.inliers = 20;
+  EXPECT_NEAR(Rate().confidence, sure, 1e-9);
+}
+
+TEST_F(PoseCertaintyTest, AWidePoseIsUncertain) {
+  tracked_.covariance.diagonal().head<3>().setConstant(0.09);  // a tenth of the depth
+  const ImagePose pose = Rate();
+  EXPECT_TRUE(pose.is_uncertain);
+  EXPECT_LT(pose.confidence, 0.9);
+}
+
+TEST_F(PoseCertaintyTest, FarFromTheFirstKeyframeTheMapMayBeOff) {
+  const double near = SigmaOfPosition(Rate().covariance);
+  tracked_.reference = KeyframeId(7);
+  EXPECT_GT(SigmaOfPosition(Rate().covariance), near);
+}
+
+TEST_F(PoseCertaintyTest, APoseByTheMotionSaysForHowLong) {
+  frame_.timestamp = 4;
+  OdometryLink link;
+  TrackedFrame seen;
+  seen.frame.timestamp = 1;
+  link.See(seen, 3, map_, nullptr);
+  const ImagePose pose = certainty_.Rate(frame_, map_, tracked_, TrackingState::kOdometry, link,
+                                         MapUse::kExtend, seen_confidence_);
+  EXPECT_EQ(pose.source, PoseSource::kMotion);
+  EXPECT_DOUBLE_EQ(pose.seconds_without_map, 3);
+}
+
+// A map that grows past a view without landmarks may have another scale from there on.
+TEST_F(PoseCertaintyTest, OnlyAMapThatGrowsMayPart) {
+  tracked_.inliers = 0;
+  for (const MapUse use : {MapUse::kRead, MapUse::kExtend}) {
+    certainty_ = {};
+    for (frame_.timestamp = 0; frame_.timestamp < 3; frame_.timestamp += 0.1) {
+      tracked_.inliers = frame_.timestamp < 2 ? 0 : 200;
+      seen_confidence_ = 1;
+      const bool is_uncertain = Rate(TrackingState::kTracking, use).is_uncertain;
+      if (frame_.timestamp > 2.5) {
+        EXPECT_EQ(is_uncertain, use == MapUse::kExtend);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace oaslam
