@@ -250,7 +250,7 @@ class BundleProblem {
       measurements.push_back(
           {seen.pose >= 0 ? seen.pose : fixed, seen.point, seen.px, 1 / seen.sigma_px});
     }
-    const SchurReport report = MinimizeReprojection(
+    const MinimizationReport report = MinimizeReprojection(
         measurements, static_cast<int>(poses_.size()),
         {max_iterations, effort.tolerance, is_robust_ ? kChi2TwoDof : 0, effort.stop}, state,
         motions);

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "oaslam/estimation/huber.h"
-#include "oaslam/estimation/schur_minimization.h"
+#include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/geometry/pose_step.h"
 
 namespace oaslam {
@@ -46,10 +46,10 @@ SharedStep Difference(const IntrinsicsState& state, const IntrinsicsPrior& prior
   return d;
 }
 
-class Solver {
+class IntrinsicsProblem {
  public:
-  Solver(std::span<const RollingMeasurement> measurements, const IntrinsicsPrior& prior,
-         double huber_chi2, const IntrinsicsState& state)
+  IntrinsicsProblem(std::span<const RollingMeasurement> measurements, const IntrinsicsPrior& prior,
+                    double huber_chi2, const IntrinsicsState& state)
       : measurements_(measurements),
         prior_(prior),
         prior_information_(PriorInformation(prior)),
@@ -254,21 +254,21 @@ class Solver {
 
 }  // namespace
 
-SchurReport MinimizeWithIntrinsics(std::span<const RollingMeasurement> measurements,
-                                   const IntrinsicsPrior& prior, const SchurOptions& options,
-                                   IntrinsicsState& state) {
+MinimizationReport MinimizeWithIntrinsics(std::span<const RollingMeasurement> measurements,
+                                          const IntrinsicsPrior& prior, const SchurOptions& options,
+                                          IntrinsicsState& state) {
   if (measurements.empty() || state.poses.size() < 2) return {};
-  Solver solver(measurements, prior, options.huber_chi2, state);
-  return MinimizeBySchur(solver, options, state);
+  IntrinsicsProblem problem(measurements, prior, options.huber_chi2, state);
+  return MinimizeLevenbergMarquardt(problem, options.Loop(), state);
 }
 
 Eigen::Matrix<double, kShared, kShared> InformationOnIntrinsics(
     std::span<const RollingMeasurement> measurements, const IntrinsicsPrior& prior,
     const IntrinsicsState& state) {
   if (measurements.empty() || state.poses.size() < 2) return MatrixShared::Zero();
-  Solver solver(measurements, prior, 0, state);
-  solver.Linearize(state);
-  return solver.Information();
+  IntrinsicsProblem problem(measurements, prior, 0, state);
+  problem.Linearize(state);
+  return problem.Information();
 }
 
 }  // namespace oaslam

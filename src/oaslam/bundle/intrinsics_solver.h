@@ -42,9 +42,9 @@ struct IntrinsicsPrior {
 // image, over the intrinsics, all poses but the first, and all points: Levenberg-Marquardt on the
 // Schur complement of the points, like MinimizeReprojection. PointMeasurement::px is a pixel of the
 // original image.
-SchurReport MinimizeWithIntrinsics(std::span<const RollingMeasurement> measurements,
-                                   const IntrinsicsPrior& prior, const SchurOptions& options,
-                                   IntrinsicsState& state);
+MinimizationReport MinimizeWithIntrinsics(std::span<const RollingMeasurement> measurements,
+                                          const IntrinsicsPrior& prior, const SchurOptions& options,
+                                          IntrinsicsState& state);
 
 // The information matrix (inverse covariance) of the shared parameters, given measurements of unit
 // variance and the prior, with unknown poses and points: the Schur complement of these.

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "oaslam/estimation/huber.h"
-#include "oaslam/estimation/schur_minimization.h"
+#include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/estimation/schur_system.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/util/check.h"
@@ -19,10 +19,11 @@ struct Cam {
   Eigen::Vector3d translation;
 };
 
-class Solver {
+class ReprojectionProblem {
  public:
-  Solver(std::span<const PointMeasurement> measurements, std::span<const MotionMeasurement> motions,
-         int free_poses, const SchurOptions& options, const CamerasAndPoints& state)
+  ReprojectionProblem(std::span<const PointMeasurement> measurements,
+                      std::span<const MotionMeasurement> motions, int free_poses,
+                      const SchurOptions& options, const CamerasAndPoints& state)
       : measurements_(measurements),
         motions_(motions),
         free_poses_(free_poses),
@@ -169,13 +170,14 @@ class Solver {
 
 }  // namespace
 
-SchurReport MinimizeReprojection(std::span<const PointMeasurement> measurements, int free_poses,
-                                 const SchurOptions& options, CamerasAndPoints& state,
-                                 std::span<const MotionMeasurement> motions) {
+MinimizationReport MinimizeReprojection(std::span<const PointMeasurement> measurements,
+                                        int free_poses, const SchurOptions& options,
+                                        CamerasAndPoints& state,
+                                        std::span<const MotionMeasurement> motions) {
   OASLAM_CHECK(free_poses <= static_cast<int>(state.poses.size()));
   if (measurements.empty() || free_poses == 0) return {};
-  Solver solver(measurements, motions, free_poses, options, state);
-  return MinimizeBySchur(solver, options, state);
+  ReprojectionProblem problem(measurements, motions, free_poses, options, state);
+  return MinimizeLevenbergMarquardt(problem, options.Loop(), state);
 }
 
 }  // namespace oaslam

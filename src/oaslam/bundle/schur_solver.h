@@ -6,7 +6,7 @@
 
 #include "oaslam/bundle/motion_cost.h"
 #include "oaslam/camera.h"
-#include "oaslam/estimation/schur_minimization.h"
+#include "oaslam/estimation/schur_options.h"
 #include "oaslam/rigid3.h"
 
 namespace oaslam {
@@ -30,8 +30,9 @@ struct CamerasAndPoints {
 // complement of the points, a dense system of the poses (Triggs et al., "Bundle Adjustment - A
 // Modern Synthesis", 2000). It is meant for windows of some dozens of cameras, and is faster there
 // than a general solver.
-SchurReport MinimizeReprojection(std::span<const PointMeasurement> measurements, int free_poses,
-                                 const SchurOptions& options, CamerasAndPoints& state,
-                                 std::span<const MotionMeasurement> motions = {});
+MinimizationReport MinimizeReprojection(std::span<const PointMeasurement> measurements,
+                                        int free_poses, const SchurOptions& options,
+                                        CamerasAndPoints& state,
+                                        std::span<const MotionMeasurement> motions = {});
 
 }  // namespace oaslam

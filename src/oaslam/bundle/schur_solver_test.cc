@@ -63,7 +63,7 @@ double SumOfSquares(const Problem& p) {
 
 TEST(SchurSolver, FindsTheTruthOfExactSights) {
   Problem p = MakeProblem(6, 0);
-  const SchurReport report =
+  const MinimizationReport report =
       MinimizeReprojection(p.measurements, 6, {.max_iterations = 30, .tolerance = 1e-9}, p.state);
   EXPECT_TRUE(report.success);
   EXPECT_LT(SumOfSquares(p), 1e-6);

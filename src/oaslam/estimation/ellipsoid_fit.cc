@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "oaslam/estimation/ellipsoid_residuals.h"
+#include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/util/median.h"
@@ -71,6 +72,37 @@ Eigen::Vector3d NearestPoint(std::span<const Ray> rays) {
   }
   return point;
 }
+
+// The boxes of an object, for MinimizeLevenbergMarquardt.
+struct BoxProblem {
+  std::span<const BoxView> views;
+  const EllipsoidFitOptions& options;
+  int parameters;
+  double depth;  // of the object; bounds its axes
+  EllipsoidEquations equations{};
+
+  double Cost(const Ellipsoid& ellipsoid) const { return EvaluateCost(views, ellipsoid, options); }
+  void Linearize(const Ellipsoid& ellipsoid) {
+    equations = oaslam::Linearize(views, ellipsoid, options);
+  }
+  bool Step(double damping, Ellipsoid& ellipsoid) const {
+    if (equations.in_front == 0) return false;
+    using Bounded = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kShapeParameters,
+                                  kShapeParameters>;
+    Bounded damped = equations.hessian.topLeftCorner(parameters, parameters);
+    // Rotations of a sphere have no effect on the cost: this floor keeps them from changing.
+    const double floor = 1e-9 * damped.diagonal().maxCoeff();
+    damped.diagonal() += (damping * damped.diagonal().array() + floor).matrix();
+    ShapeVector step = ShapeVector::Zero();
+    step.head(parameters) = -damped.ldlt().solve(equations.gradient.head(parameters));
+    if (!step.allFinite()) return false;
+    // The projection is not linear in a half axis that changes by more than a factor of e.
+    step.segment<3>(3) = step.segment<3>(3).cwiseMax(-1.0).cwiseMin(1.0);
+    ellipsoid = Moved(ellipsoid, step);
+    ClampAxes(ellipsoid, depth);
+    return true;
+  }
+};
 
 }  // namespace
 
@@ -140,38 +172,19 @@ EllipsoidFit FitEllipsoid(std::span<const BoxView> views, const Ellipsoid& start
   const bool upright = options.up && options.residual == EllipsoidResidual::kEdges;
   fit.ellipsoid = upright ? MakeUpright(start, *options.up) : start;
   if (views.empty()) return fit;
-  const int parameters = upright ? 7 : kShapeParameters;
-  const double depth = MedianDepth(views, start.center);
-  EllipsoidEquations normal = Linearize(views, fit.ellipsoid, options);
-  double damping = 1e-3;
-  for (int iteration = 0; iteration < options.max_iterations && normal.in_front > 0; ++iteration) {
-    using Bounded = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kShapeParameters,
-                                  kShapeParameters>;
-    Bounded damped = normal.hessian.topLeftCorner(parameters, parameters);
-    // Rotations of a sphere have no effect on the cost: this floor keeps them from changing.
-    const double floor = 1e-9 * damped.diagonal().maxCoeff();
-    damped.diagonal() += (damping * damped.diagonal().array() + floor).matrix();
-    ShapeVector step = ShapeVector::Zero();
-    step.head(parameters) = -damped.ldlt().solve(normal.gradient.head(parameters));
-    if (!step.allFinite()) break;
-    // The projection is not linear in a half axis that changes by more than a factor of e.
-    step.segment<3>(3) = step.segment<3>(3).cwiseMax(-1.0).cwiseMin(1.0);
-    Ellipsoid moved = Moved(fit.ellipsoid, step);
-    ClampAxes(moved, depth);
-    const double cost = EvaluateCost(views, moved, options);
-    if (!(cost < normal.cost)) {
-      damping *= 8;
-      if (damping > 1e6) break;
-      continue;
-    }
-    const double decrease = normal.cost - cost;
-    fit.ellipsoid = moved;
-    damping = std::max(damping / 6, 1e-7);
-    normal = Linearize(views, fit.ellipsoid, options);
-    if (decrease < 1e-4 * cost) break;  // far below the noise of the boxes
-  }
-  fit.cost = normal.cost;
-  fit.success = normal.in_front > 0 && fit.ellipsoid.center.allFinite() &&
+  BoxProblem problem{views, options, upright ? 7 : kShapeParameters,
+                     MedianDepth(views, start.center)};
+  MinimizeLevenbergMarquardt(problem,
+                             {.max_iterations = options.max_iterations,
+                              .tolerance = 1e-4,  // far below the noise of the boxes
+                              .damping = 1e-3,
+                              .raise = 8,
+                              .lower = 6,
+                              .least = 1e-7},
+                             fit.ellipsoid);
+  problem.Linearize(fit.ellipsoid);
+  fit.cost = problem.equations.cost;
+  fit.success = problem.equations.in_front > 0 && fit.ellipsoid.center.allFinite() &&
                 fit.ellipsoid.half_axes.allFinite() && fit.ellipsoid.rotation.coeffs().allFinite();
   return fit;
 }

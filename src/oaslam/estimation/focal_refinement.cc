@@ -82,8 +82,8 @@ FocalReport RefinePoseAndFocal(const Camera& camera, const Rigid3& initial_cam_f
   NormalEquations<7> end;
   for (int round = 0; round < kRounds && report.inliers >= kMinInliers; ++round) {
     const bool robust = round < kRounds - 1;
-    end = MinimizeLevenbergMarquardt<7>(
-        {.raise = 100, .least_raised = 1e-3, .tolerance = 1e-5}, state,
+    end = MinimizeDense<7>(
+        {.tolerance = 1e-5, .raise = 100, .least_raised = 1e-3}, state,
         [&](const State& s) { return Linearize(s, observations, report.inlier, robust); },
         MovedState);
     report.inliers = 0;

@@ -3,7 +3,11 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <optional>
+#include <stop_token>
+#include <type_traits>
+#include <utility>
 
 namespace oaslam {
 
@@ -18,42 +22,90 @@ struct NormalEquations {
 
 struct LevenbergMarquardtOptions {
   int max_iterations = 20;
-  double damping = 1e-4;    // at the start, relative to the diagonal
-  double raise = 10;        // of the damping, where a step makes the cost larger
-  double least_raised = 0;  // damping after that, at least
-  double tolerance = 1e-4;  // ends where the cost falls by less than this share
+  double tolerance = 1e-4;  // ends after a step that lowers the cost by less than this share
+  // The damping is relative to the diagonal of the normal equations.
+  double damping = 1e-4;     // at the start
+  double raise = 10;         // factor, where a step is not taken
+  double least_raised = 0;   // damping after that, at least
+  double lower = 10;         // divisor, where a step is taken
+  double least = 0;          // damping after that, at least
+  bool takes_equal = false;  // takes also a step that leaves the cost as it is
+  std::stop_token stop{};
 };
 
-// Minimises by Levenberg-Marquardt: small dense problems whose derivatives cost hardly more than
-// their residuals. `linearize(state)` gives NormalEquations<N>; `moved(state, step)` an optional
-// state, nothing where a step is too long. Improves `state`, and returns the equations there.
-template <int N, typename State, typename Linearize, typename Move>
-NormalEquations<N> MinimizeLevenbergMarquardt(const LevenbergMarquardtOptions& options,
-                                              State& state, Linearize&& linearize, Move&& moved) {
+struct MinimizationReport {
+  // False: there was nothing to solve, the numbers were not finite, or a stop was requested; the
+  // state is then as good as before or better.
+  bool success = false;
+  int iterations = 0;
+  double cost = 0;  // of the state at the end
+};
+
+// Minimises by Levenberg-Marquardt. A Problem has Cost(state); Linearize(state), called at the
+// start and where a step was taken, with the state whose cost was asked for last; and Step(damping,
+// state), which moves a state and says whether it could.
+template <typename Problem, typename State>
+MinimizationReport MinimizeLevenbergMarquardt(Problem& problem,
+                                              const LevenbergMarquardtOptions& options,
+                                              State& state) {
   // Damping by a million times the diagonal is a step of nothing: there is no better state nearby.
-  // The floor is for parameters without any derivative.
-  constexpr double kShrink = 0.1, kMaxDamping = 1e6, kFloor = 1e-12;
-  NormalEquations<N> here = linearize(state);
+  constexpr double kMaxDamping = 1e6;
+  MinimizationReport report;
+  double& cost = report.cost;
+  cost = problem.Cost(state);
   double damping = options.damping;
-  for (int i = 0; i < options.max_iterations && damping <= kMaxDamping; ++i) {
-    Eigen::Matrix<double, N, N> damped = here.hessian;
-    damped.diagonal() *= 1 + damping;
-    damped.diagonal().array() += kFloor;
-    const Eigen::Matrix<double, N, 1> step = damped.ldlt().solve(-here.gradient);
-    if (!step.allFinite()) break;
-    const std::optional<State> next = moved(state, step);
-    const NormalEquations<N> there = next ? linearize(*next) : here;
-    if (!next || !(there.cost <= here.cost)) {
+  bool is_new = true, was_solved = false;
+  while (report.iterations < options.max_iterations && damping < kMaxDamping) {
+    if (options.stop.stop_requested()) return report;
+    if (is_new) problem.Linearize(state);
+    ++report.iterations;
+    State moved = state;
+    const bool solved = problem.Step(damping, moved);
+    was_solved = was_solved || solved;
+    const double new_cost = solved ? problem.Cost(moved) : cost;
+    is_new = solved && (options.takes_equal ? new_cost <= cost : new_cost < cost);
+    if (!is_new) {
       damping = std::max(damping * options.raise, options.least_raised);
       continue;
     }
-    const bool converged = here.cost - there.cost < options.tolerance * here.cost;
-    state = *next;
-    here = there;
-    damping *= kShrink;
-    if (converged) break;
+    const double decrease = cost - new_cost;
+    state = std::move(moved);
+    damping = std::max(damping / options.lower, options.least);
+    const bool is_done = decrease < options.tolerance * cost;
+    cost = new_cost;
+    if (is_done) break;
   }
-  return here;
+  report.success = was_solved && std::isfinite(cost);
+  return report;
+}
+
+// The same for N parameters whose derivatives cost hardly more than their residuals:
+// `linearize(state)` gives NormalEquations<N>; `moved(state, step)` an optional state, nothing
+// where a step is too long. Improves `state`, and returns the equations there.
+template <int N, typename State, typename EquationsAt, typename Move>
+NormalEquations<N> MinimizeDense(LevenbergMarquardtOptions options, State& state,
+                                 EquationsAt&& linearize, Move&& moved) {
+  struct Problem {
+    std::remove_reference_t<EquationsAt>& linearize;
+    std::remove_reference_t<Move>& moved;
+    NormalEquations<N> here{}, newest{};
+
+    double Cost(const State& at) { return (newest = linearize(at)).cost; }
+    void Linearize(const State&) { here = newest; }
+    bool Step(double damping, State& from) const {
+      constexpr double kFloor = 1e-12;  // for parameters without any derivative
+      Eigen::Matrix<double, N, N> damped = here.hessian;
+      damped.diagonal() *= 1 + damping;
+      damped.diagonal().array() += kFloor;
+      const Eigen::Matrix<double, N, 1> step = damped.ldlt().solve(-here.gradient);
+      const std::optional<State> next = step.allFinite() ? moved(from, step) : std::nullopt;
+      if (next) from = *next;
+      return next.has_value();
+    }
+  } problem{linearize, moved};
+  options.takes_equal = true;
+  const double cost = MinimizeLevenbergMarquardt(problem, options, state).cost;
+  return problem.newest.cost == cost ? problem.newest : problem.here;
 }
 
 // The covariance of the parameters where the residuals have unit variance; nothing where the

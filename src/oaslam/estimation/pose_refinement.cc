@@ -86,7 +86,7 @@ PoseReport RefinePose(const Camera& camera, const Rigid3& initial_cam_from_world
     // The first round uses all observations, so that outliers are decided by the kernel and not by
     // the initial pose.
     const bool robust = round < kRounds - 1;
-    const NormalEquations<6> end = MinimizeLevenbergMarquardt<6>(
+    const NormalEquations<6> end = MinimizeDense<6>(
         {.max_iterations = kIterations, .damping = 1e-6, .raise = 100, .least_raised = 1e-3},
         report.cam_from_world,
         [&](const Rigid3& pose) {

@@ -79,7 +79,7 @@ double SquaredSampson(const RayMatches& m, const Eigen::Matrix3d& essential, int
 
 RefinedMotion RefineMotion(const RayMatches& matches, const Rigid3& start) {
   RefinedMotion result{start, 0};
-  const NormalEquations<5> end = MinimizeLevenbergMarquardt<5>(
+  const NormalEquations<5> end = MinimizeDense<5>(
       {.tolerance = 1e-5}, result.second_from_first,
       [&](const Rigid3& motion) { return Linearize(matches, motion); }, MovedMotion);
   const Eigen::Matrix<double, 5, 5> covariance =

@@ -5,6 +5,7 @@
 #include "oaslam/geometry/lens_model.h"
 
 namespace oaslam {
+
 Eigen::Vector2d Undistort(const Camera& camera, const Eigen::Vector2d& pixel) {
   return Undistort(camera, MaxLensAngle(camera), pixel);
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "oaslam/estimation/huber.h"
+#include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/estimation/schur_system.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/geometry/skew.h"
@@ -123,9 +124,9 @@ double Cost(const InverseDepthProblem& problem, const InverseDepthState& state,
   return cost;
 }
 
-class Solver {
+class WindowEquations {
  public:
-  Solver(const InverseDepthProblem& problem, size_t poses)
+  WindowEquations(const InverseDepthProblem& problem, size_t poses)
       : problem_(problem), pairs_(problem, poses), system_(problem.free_poses) {}
 
   double Cost(const InverseDepthState& state) {
@@ -354,10 +355,10 @@ InverseDepthReport MinimizeInverseDepths(const InverseDepthProblem& problem,
                                          bool with_information) {
   InverseDepthReport report;
   if (problem.measurements.empty() || problem.free_poses == 0) return report;
-  Solver solver(problem, state.poses.size());
-  report.solver = MinimizeBySchur(solver, options, state);
-  if (with_information) report.information = solver.Information();
-  report.variances = solver.TakeVariances();
+  WindowEquations equations(problem, state.poses.size());
+  report.solver = MinimizeLevenbergMarquardt(equations, options.Loop(), state);
+  if (with_information) report.information = equations.Information();
+  report.variances = equations.TakeVariances();
   return report;
 }
 

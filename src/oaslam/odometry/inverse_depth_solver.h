@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "oaslam/estimation/schur_minimization.h"
+#include "oaslam/estimation/schur_options.h"
 #include "oaslam/odometry/turn.h"
 #include "oaslam/rigid3.h"
 
@@ -89,7 +89,7 @@ void SearchDepths(std::span<const double> candidates, const InverseDepthProblem&
                   InverseDepthState& state);
 
 struct InverseDepthReport {
-  SchurReport solver;
+  MinimizationReport solver;
   std::vector<double> variances;  // of each inverse depth, the poses being right
   // Of the free poses, the points eliminated: the normal equations at the last linearisation, in
   // the order of PoseVector. Empty unless it was asked for.

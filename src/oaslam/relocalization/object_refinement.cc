@@ -7,6 +7,7 @@
 #include "oaslam/estimation/assignment.h"
 #include "oaslam/estimation/ellipsoid_residuals.h"
 #include "oaslam/estimation/hidden_edges.h"
+#include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/degree.h"
 
@@ -198,8 +199,8 @@ struct Evidence {
   const std::optional<PosePrior>& prior;
 };
 
-PoseEquations Linearize(const Evidence& evidence, const std::vector<Match>& matches,
-                        const Rigid3& pose, bool with_derivatives) {
+PoseEquations EquationsAt(const Evidence& evidence, const std::vector<Match>& matches,
+                          const Rigid3& pose, bool with_derivatives) {
   const ObjectScene& scene = evidence.scene;
   PoseEquations equations;
   AddUprightPrior(scene, pose, equations);
@@ -231,32 +232,28 @@ PoseEquations Linearize(const Evidence& evidence, const std::vector<Match>& matc
   return equations;
 }
 
-Rigid3 RefineOnMatches(const Evidence& evidence, const std::vector<Match>& matches, Rigid3 pose) {
-  PoseEquations equations = Linearize(evidence, matches, pose, true);
-  double damping = 1e-3;
-  for (int iteration = 0; iteration < kIterationsPerRound; ++iteration) {
+// The matched boxes of a pose, for MinimizeLevenbergMarquardt.
+struct MatchedBoxes {
+  const Evidence& evidence;
+  const std::vector<Match>& matches;
+  PoseEquations equations{};
+
+  double Cost(const Rigid3& pose) const { return EquationsAt(evidence, matches, pose, false).cost; }
+  void Linearize(const Rigid3& pose) { equations = EquationsAt(evidence, matches, pose, true); }
+  bool Step(double damping, Rigid3& pose) const {
     Eigen::Matrix<double, 6, 6> damped = equations.hessian;
     damped.diagonal() +=
         (damping * damped.diagonal().array() + 1e-9 * damped.diagonal().maxCoeff()).matrix();
     const PoseVector step = -damped.ldlt().solve(equations.gradient);
-    if (!step.allFinite()) break;
-    const Rigid3 moved = Moved(pose, step);
-    if (!(Linearize(evidence, matches, moved, false).cost < equations.cost)) {
-      damping *= 10;
-      continue;
-    }
-    const double before = equations.cost;
-    pose = moved;
-    damping /= 5;
-    equations = Linearize(evidence, matches, pose, true);
-    if (before - equations.cost < 1e-4 * before) break;
+    if (!step.allFinite()) return false;
+    pose = Moved(pose, step);
+    return true;
   }
-  return pose;
-}
+};
 
 Eigen::Matrix<double, 6, 6> CovarianceOf(const Evidence& evidence,
                                          const std::vector<Match>& matches, const Rigid3& pose) {
-  Eigen::Matrix<double, 6, 6> information = Linearize(evidence, matches, pose, true).hessian;
+  Eigen::Matrix<double, 6, 6> information = EquationsAt(evidence, matches, pose, true).hessian;
   information.diagonal().array() += 1e-9 * information.diagonal().maxCoeff() + 1e-12;
   return information.ldlt().solve(Eigen::Matrix<double, 6, 6>::Identity());
 }
@@ -271,7 +268,9 @@ Relocalization RefineObjectPose(const ObjectScene& scene, const PoseHypothesis& 
   const std::vector<int> near = FindNear(scene, pose);
   Matching matching = MatchBoxes(scene, near, pose);
   for (int round = 0; round < kRounds && !matching.matches.empty(); ++round) {
-    pose = RefineOnMatches(evidence, matching.matches, pose);
+    MatchedBoxes boxes{evidence, matching.matches};
+    MinimizeLevenbergMarquardt(
+        boxes, {.max_iterations = kIterationsPerRound, .damping = 1e-3, .lower = 5}, pose);
     matching = MatchBoxes(scene, near, pose);
   }
   const auto count = static_cast<double>(matching.matches.size());
