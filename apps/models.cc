@@ -39,7 +39,7 @@ bool IsPublished(const fs::path& path, const PublishedModel& model) {
 }
 
 // Where a published model is. A file of its name that is another one is used, but said.
-std::string PlaceOf(const PublishedModel& model) {
+std::string WhereIs(const PublishedModel& model) {
   const auto path = FindModel(model.name);
   if (!path) return fmt::format("not here: oaslam models get {}", model.name);
   return fmt::format("here: {}{}", path->string(),
@@ -65,7 +65,7 @@ void ListModels() {
   for (const PublishedModel& model : catalogue)
     fmt::print("{}{}: {}, {}, {} ({})\n  published at {}\n  {}\n", model.name,
                model.name == kDefaultModel ? " (default)" : "", model.finds, SizeText(model.bytes),
-               model.licence, model.author, WithoutPassword(model.url), PlaceOf(model));
+               model.licence, model.author, WithoutPassword(model.url), WhereIs(model));
   PrintOthers(catalogue);
   std::vector<std::string> folders;
   for (const fs::path& folder : ModelFolders()) folders.push_back(folder.string());

@@ -20,7 +20,7 @@ namespace {
 // length: at 1.5 m, 8 mm and 1.6 m.
 constexpr double kMinAxisPerDepth = 0.005, kMaxAxisPerDepth = 1.1;
 
-double MedianDepth(std::span<const BoxView> views, const Eigen::Vector3d& center) {
+double MedianDistance(std::span<const BoxView> views, const Eigen::Vector3d& center) {
   std::vector<double> depths;
   for (const BoxView& view : views) depths.push_back(std::abs((view.cam_from_world * center).z()));
   return Median(std::move(depths));
@@ -126,7 +126,7 @@ SphereEstimate EstimateSphere(std::span<const BoxView> all_views, double min_par
   }
   radius /= 2 * static_cast<double>(views.size());
   result.sphere.half_axes.setConstant(radius);
-  ClampAxes(result.sphere, MedianDepth(views, result.sphere.center));
+  ClampAxes(result.sphere, MedianDistance(views, result.sphere.center));
   result.success = result.sphere.center.allFinite() && radius > 0;
   return result;
 }
@@ -173,7 +173,7 @@ EllipsoidFit FitEllipsoid(std::span<const BoxView> views, const Ellipsoid& start
   fit.ellipsoid = upright ? MakeUpright(start, *options.up) : start;
   if (views.empty()) return fit;
   BoxProblem problem{views, options, upright ? 7 : kShapeParameters,
-                     MedianDepth(views, start.center)};
+                     MedianDistance(views, start.center)};
   MinimizeLevenbergMarquardt(problem,
                              {.max_iterations = options.max_iterations,
                               .tolerance = 1e-4,  // far below the noise of the boxes

@@ -285,13 +285,17 @@ int Map::CountMappedObjects() const {
   return count;
 }
 
-double Map::MedianDepth(KeyframeId id) const {
+double Map::MedianDepth(const Rigid3& cam_from_world, std::span<const LandmarkId> ids) const {
   std::vector<double> depths;
-  const Keyframe& keyframe = keyframes.At(id);
-  for (const LandmarkId landmark : keyframe.landmarks)
-    if (landmark.IsValid())
-      depths.push_back((keyframe.cam_from_world * landmarks.At(landmark).position).z());
+  for (const LandmarkId id : ids)
+    if (const Landmark* landmark = id.IsValid() ? landmarks.Find(id) : nullptr)
+      depths.push_back((cam_from_world * landmark->position).z());
   return depths.empty() ? 0 : Median(std::move(depths));
+}
+
+double Map::MedianDepth(KeyframeId id) const {
+  const Keyframe& keyframe = keyframes.At(id);
+  return MedianDepth(keyframe.cam_from_world, keyframe.landmarks);
 }
 
 void Map::Scale(double factor) {

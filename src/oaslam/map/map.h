@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -206,8 +207,9 @@ struct Map {
   int CountTrackedLandmarks(KeyframeId id, int min_observations) const;
   // The number of objects that are mapped.
   int CountMappedObjects() const;
-  // Median depth of the keyframe's landmarks; 0 without any.
-  double MedianDepth(KeyframeId id) const;
+  // Median depth of those of these landmarks that are in the map; 0 without any.
+  double MedianDepth(const Rigid3& cam_from_world, std::span<const LandmarkId> ids) const;
+  double MedianDepth(KeyframeId id) const;  // of the landmarks that it sees
 
   // Multiplies all lengths: one old unit is `factor` new ones.
   void Scale(double factor);

@@ -41,8 +41,7 @@ AbsolutePoseReport PoseFromMatches(const Frame& frame, const std::vector<PlaceMa
                               {.max_iterations = iterations, .min_inliers = 8}, rng);
 }
 
-// The keyframe that sees most of these landmarks.
-KeyframeId PlaceOf(const Map& map, const std::vector<LandmarkId>& landmarks) {
+KeyframeId KeyframeSeeingMost(const Map& map, const std::vector<LandmarkId>& landmarks) {
   std::map<KeyframeId, int> seen;
   for (const LandmarkId id : landmarks)
     for (const Observation& o : map.landmarks.At(id).observations) ++seen[o.keyframe];
@@ -228,7 +227,7 @@ Relocalization FindNear(const Frame& frame, const Map& map, std::span<const Land
     if (!rough.success || rough.inlier[i]) agree.push_back(matches[i].landmark);
   if (agree.empty()) return found;
   std::vector<LandmarkId> around;
-  std::ranges::set_intersection(LandmarksAround(map, PlaceOf(map, agree)), landmarks,
+  std::ranges::set_intersection(LandmarksAround(map, KeyframeSeeingMost(map, agree)), landmarks,
                                 std::back_inserter(around));
   found = SearchAround(frame, map, around, rough.success ? rough.cam_from_world : guess,
                        features.learned.empty() ? Appearance::kOrb : Appearance::kLearned);

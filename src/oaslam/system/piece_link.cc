@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "oaslam/estimation/similarity_fit.h"
-#include "oaslam/util/median.h"
 
 namespace oaslam {
 namespace {
@@ -24,14 +23,6 @@ int WeightOf(bool by_points, bool of_keyframe) {
   return of_keyframe ? (by_points ? 5 : 2) : (by_points ? 2 : 1);
 }
 
-double MedianDepth(const Map& map, const Relocalization& found) {
-  std::vector<double> depths;
-  for (const LandmarkId id : found.points.landmarks)
-    if (const Landmark* landmark = id.IsValid() ? map.landmarks.Find(id) : nullptr)
-      depths.push_back((found.cam_from_world * landmark->position).z());
-  return depths.empty() ? 0 : Median(std::move(depths));
-}
-
 }  // namespace
 
 void PieceLink::Add(int frame_index, const Relocalization& in_other) {
@@ -45,7 +36,9 @@ void PieceLink::AddKeyframe(int frame_index, const Relocalization& found, const 
   Located& located = located_.at(frame_index);
   located.of_keyframe = true;
   if (located.by_points)
-    located.sigma = std::max(located.sigma, kTrackedSigma * MedianDepth(other, found));
+    located.sigma =
+        std::max(located.sigma,
+                 kTrackedSigma * other.MedianDepth(found.cam_from_world, found.points.landmarks));
 }
 
 std::optional<PieceAlignment> PieceLink::Align(const Map& map,

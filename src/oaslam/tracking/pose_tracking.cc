@@ -11,7 +11,6 @@
 #include "oaslam/matching/point_observation.h"
 #include "oaslam/matching/projection_search.h"
 #include "oaslam/tracking/local_map.h"
-#include "oaslam/util/median.h"
 
 namespace oaslam {
 namespace {
@@ -22,13 +21,6 @@ constexpr int kMinMatches = 20, kMinFirstInliers = 10;
 constexpr double kLocalRadius = 4;
 // Bounds the landmarks to project, and so the time for an image.
 constexpr int kMaxLocalKeyframes = 40;
-
-double MedianDepth(const PoseReport& pose, const MatchedPoints& matched) {
-  std::vector<double> depths;
-  for (size_t i = 0; i < matched.observations.size(); ++i)
-    if (pose.inlier[i]) depths.push_back((pose.cam_from_world * matched.observations[i].point).z());
-  return depths.empty() ? 0 : Median(std::move(depths));
-}
 
 double Spread(const PoseReport& pose, const MatchedPoints& matched, const Camera& camera) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -47,8 +39,9 @@ double Spread(const PoseReport& pose, const MatchedPoints& matched, const Camera
   return pose.inliers * std::max(0.0, eigen.eigenvalues()(0));
 }
 
-TrackReport Report(const Camera& camera, const PoseReport& pose, const MatchedPoints& matched,
-                   const std::vector<LandmarkId>& matches, int min_inliers) {
+TrackReport Report(const Camera& camera, const Map& map, const PoseReport& pose,
+                   const MatchedPoints& matched, const std::vector<LandmarkId>& matches,
+                   int min_inliers) {
   TrackReport report;
   report.landmarks.resize(matches.size());
   report.matched = static_cast<int>(matched.keypoints.size());
@@ -57,7 +50,7 @@ TrackReport Report(const Camera& camera, const PoseReport& pose, const MatchedPo
   for (size_t i = 0; i < matched.keypoints.size(); ++i)
     if (pose.inlier[i]) report.landmarks[matched.keypoints[i]] = matches[matched.keypoints[i]];
   report.inliers = pose.inliers;
-  report.depth = MedianDepth(pose, matched);
+  report.depth = map.MedianDepth(pose.cam_from_world, report.landmarks);
   report.spread = Spread(pose, matched, camera);
   report.covariance = pose.covariance;
   report.relative_sigma = report.depth > 0 ? SigmaOfPosition(pose.covariance) / report.depth : 1;
@@ -71,8 +64,8 @@ TrackReport Refine(const Frame& frame, const Map& map, const Rigid3& initial,
                    const std::optional<ExpectedPose>& prior = std::nullopt) {
   const MatchedPoints matched = ObserveMatches(*frame.features, map, matches);
   const Camera& camera = *frame.camera;
-  return Report(camera, RefinePose(camera, initial, matched.observations, prior), matched, matches,
-                min_inliers);
+  return Report(camera, map, RefinePose(camera, initial, matched.observations, prior), matched,
+                matches, min_inliers);
 }
 
 bool Meets(const TrackReport& report, const TrackDemands& demands) {
@@ -191,7 +184,7 @@ TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const Featur
   const MatchedPoints matched = ObserveMatches(*frame.features, map, tracked.landmarks);
   const PoseReport pose = RefinePoseByMatches(camera, tracked.cam_from_world, matched.observations,
                                               before_from_world, matches);
-  TrackReport report = Report(camera, pose, matched, tracked.landmarks, 0);
+  TrackReport report = Report(camera, map, pose, matched, tracked.landmarks, 0);
   report.matched = tracked.matched;
   report.reference = tracked.reference;
   report.visible = tracked.visible;
