@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "oaslam/error.h"
+#include "oaslam/formats/pose_values.h"
 #include "oaslam/formats/table_file.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/util/read_file.h"
@@ -73,30 +74,20 @@ class ColmapBytes {
   size_t at_ = 0;
 };
 
-// `q`: w first.
-ColmapPose PoseOfImage(const std::array<double, 4>& q, const Eigen::Vector3d& translation,
-                       const std::string& name, const std::string& place) {
-  const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
-  if (std::abs(rotation.norm() - 1) > 0.1)  // files may be rounded
-    throw InputError(
-        fmt::format("{}: quaternion of length {:.3g}, expected 1", place, rotation.norm()));
-  return {name, {rotation.normalized(), translation}};
-}
-
 std::vector<ColmapPose> ReadBinaryPoses(const std::string& path) {
   ColmapBytes bytes(path);
   std::vector<ColmapPose> poses;
   for (auto left = bytes.Read<uint64_t>(); left > 0; --left) {
-    bytes.Read<uint32_t>();  // the image's number
-    std::array<double, 4> q;
+    bytes.Read<uint32_t>();   // the image's number
+    std::array<double, 4> q;  // w first
     for (double& x : q) x = bytes.Number();
     Eigen::Vector3d translation;
     for (double& x : translation) x = bytes.Number();
     bytes.Read<uint32_t>();  // the camera's number
     const std::string name = bytes.Name();
     bytes.Skip(bytes.Read<uint64_t>(), 2 * sizeof(double) + sizeof(uint64_t));
-    poses.push_back(
-        PoseOfImage(q, translation, name, fmt::format("{}: image {}", path, Quoted(name))));
+    poses.push_back({name, PoseOfQuaternion({q[0], q[1], q[2], q[3]}, translation,
+                                            fmt::format("{}: image {}", path, Quoted(name)))});
   }
   return poses;
 }
@@ -120,8 +111,8 @@ std::vector<ColmapPose> ReadTextPoses(const std::string& path) {
       throw InputError(
           fmt::format("{}: expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME", place));
     const auto begin = static_cast<size_t>(fields[9].data() - line.data());
-    poses.push_back(PoseOfImage({v[0], v[1], v[2], v[3]}, {v[4], v[5], v[6]},
-                                std::string(Trim(line.substr(begin))), place));
+    poses.push_back({std::string(Trim(line.substr(begin))),
+                     PoseOfQuaternion({v[0], v[1], v[2], v[3]}, {v[4], v[5], v[6]}, place)});
     is_of_points = true;
   }
   return poses;

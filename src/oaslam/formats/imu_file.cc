@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "oaslam/error.h"
+#include "oaslam/formats/pose_values.h"
 #include "oaslam/formats/table_file.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/yaml.h"
@@ -27,13 +28,12 @@ Rigid3 MotionOfMatrix(const YAML::Node& node, const std::string& path, const std
                           : YamlNumbers(node, path, key);
   if (values.size() != 16)
     throw InputError(fmt::format("{}: {}: {} values, expected 16", path, key, values.size()));
-  const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> motion(values.data());
-  const Eigen::Matrix3d rotation = motion.topLeftCorner<3, 3>();
   constexpr double kRounded = 1e-3;  // by who wrote the file
-  if (!(rotation * rotation.transpose()).isIdentity(kRounded) || rotation.determinant() < 0)
+  const std::optional<Rigid3> motion = PoseOfRows(values, kRounded);
+  if (!motion)
     throw InputError(
         fmt::format("{}: {}: its first three rows and columns are no rotation", path, key));
-  return {Eigen::Quaterniond(rotation).normalized(), motion.topRightCorner<3, 1>()};
+  return *motion;
 }
 
 // Time stamps in another unit than nanoseconds are wrong by a factor of a thousand or more, which

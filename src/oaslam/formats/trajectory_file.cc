@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "oaslam/error.h"
+#include "oaslam/formats/pose_values.h"
 #include "oaslam/formats/table_file.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/time_unit.h"
@@ -67,11 +68,8 @@ void ReadRows(const std::string& path, Table& table) {
 }
 
 StampedPose PoseOf(const std::vector<double>& v, const Table& table, const Row& row) {
-  const Eigen::Quaterniond rotation(v[7], v[4], v[5], v[6]);
-  if (std::abs(rotation.norm() - 1) > 0.1)  // files of other tools may be rounded
-    throw InputError(fmt::format("{}:{}: quaternion of length {:.3g}, expected 1", table.path,
-                                 row.line, rotation.norm()));
-  return {v[0], Rigid3(rotation.normalized(), Eigen::Vector3d(v[1], v[2], v[3]))};
+  return {v[0], PoseOfQuaternion({v[7], v[4], v[5], v[6]}, {v[1], v[2], v[3]},
+                                 fmt::format("{}:{}", table.path, row.line))};
 }
 
 // How many columns of the first row are numbers, if all are.
@@ -100,15 +98,11 @@ std::vector<StampedPose> ReadKitti(const Table& table) {
                                  table.path, table.rows.size()));
   std::vector<StampedPose> poses;
   for (size_t i = 0; i < table.rows.size(); ++i) {
-    const std::vector<double> v = table.Numbers(table.rows[i], 12);
-    const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> motion(v.data());
-    const Eigen::Matrix3d rotation = motion.leftCols<3>();
-    constexpr double kRounded = 1e-2;  // files have six digits or so
-    if (!(rotation * rotation.transpose()).isIdentity(kRounded) || rotation.determinant() < 0)
+    const std::optional<Rigid3> pose = PoseOfRows(table.Numbers(table.rows[i], 12));
+    if (!pose)
       throw InputError(fmt::format("{}:{}: twelve numbers, but no rotation as in KITTI's poses",
                                    table.path, table.rows[i].line));
-    poses.push_back({times.Numbers(times.rows[i], 1)[0],
-                     Rigid3(Eigen::Quaterniond(rotation).normalized(), motion.col(3))});
+    poses.push_back({times.Numbers(times.rows[i], 1)[0], *pose});
   }
   return poses;
 }

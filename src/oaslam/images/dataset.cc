@@ -13,6 +13,7 @@
 #include "oaslam/error.h"
 #include "oaslam/formats/colmap_model.h"
 #include "oaslam/formats/imu_file.h"
+#include "oaslam/formats/pose_values.h"
 #include "oaslam/formats/table_file.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/images/image_files.h"
@@ -49,23 +50,11 @@ Rigid3 FromOpenGl(const Rigid3& pose) {
   return pose * gl_from_cam;
 }
 
-// A pose of the first three rows of a matrix. `place` is for messages.
-Rigid3 PoseOfRows(const std::vector<double>& rows, const std::string& place) {
-  const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> m(rows.data());
-  const Eigen::Matrix3d rotation = m.leftCols<3>();
-  constexpr double kRounded = 1e-2;  // files have six digits or so
-  if (!(rotation * rotation.transpose()).isIdentity(kRounded) || rotation.determinant() < 0)
-    throw InputError(fmt::format("{}: is no rotation and translation", place));
-  return {Eigen::Quaterniond(rotation).normalized(), m.col(3)};
-}
-
-// "qx qy qz qw", then the translation.
-Rigid3 PoseOfQuaternion(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation,
-                        const std::string& place) {
-  if (std::abs(rotation.norm() - 1) > 0.1)  // files may be rounded
-    throw InputError(
-        fmt::format("{}: quaternion of length {:.3g}, expected 1", place, rotation.norm()));
-  return {rotation.normalized(), translation};
+// `place` is for messages.
+Rigid3 PoseOfMatrix(const std::vector<double>& rows, const std::string& place) {
+  const std::optional<Rigid3> pose = PoseOfRows(rows);
+  if (!pose) throw InputError(fmt::format("{}: is no rotation and translation", place));
+  return *pose;
 }
 
 // The matrix in a file of its own, of three rows or four; nothing where there is no file or, as
@@ -88,7 +77,7 @@ std::optional<Rigid3> LoadMatrix(const std::string& path) {
   }
   if (rows.size() < 12)
     throw InputError(fmt::format("{}: {} numbers, expected a matrix of 4 x 4", path, rows.size()));
-  return PoseOfRows(rows, path);
+  return PoseOfMatrix(rows, path);
 }
 
 // The poses of images that have one in the file of this path each.
@@ -185,7 +174,7 @@ std::optional<Dataset> FindKitti(const DatasetFolder& folder) {
     std::vector<StampedPose> poses;
     for (size_t i = 0; i < rows.size(); ++i)
       poses.push_back(
-          {listed[i].timestamp, PoseOfRows(rows[i], fmt::format("{}: pose {}", truth, i))});
+          {listed[i].timestamp, PoseOfMatrix(rows[i], fmt::format("{}: pose {}", truth, i))});
     return poses;
   };
   return dataset;
@@ -307,8 +296,8 @@ std::optional<Dataset> FindNerfstudio(const DatasetFolder& folder) {
     const std::string image = PathOfFrame(folder, frame["file_path"].get<std::string>());
     dataset.images.push_back({0, image});
     if (const auto matrix = frame.find("transform_matrix"); matrix != frame.end())
-      poses[image] = FromOpenGl(PoseOfRows(NumbersOf(*matrix, 12, place + ".transform_matrix"),
-                                           place + ".transform_matrix"));
+      poses[image] = FromOpenGl(PoseOfMatrix(NumbersOf(*matrix, 12, place + ".transform_matrix"),
+                                             place + ".transform_matrix"));
   }
   std::ranges::sort(dataset.images, NaturalLess, &ListedImage::path);
   SetTimes(path, folder.options, dataset.images);
