@@ -6,6 +6,7 @@
 #include "oaslam/exports/map_export.h"
 #include "oaslam/exports/map_scene.h"
 #include "oaslam/exports/top_view.h"
+#include "oaslam/formats/json_text.h"
 #include "oaslam/util/srgb.h"
 
 namespace oaslam {
@@ -15,8 +16,7 @@ using Json = GltfBuffer::Json;
 
 enum PrimitiveMode { kPoints = 0, kLines = 1, kTriangles = 4 };
 
-Json Numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-Json Numbers(const Eigen::Quaterniond& q) { return {q.x(), q.y(), q.z(), q.w()}; }
+Json RotationOf(const Eigen::Quaterniond& q) { return JsonNumbers<Json>(q.normalized().coeffs()); }
 
 double Linear(unsigned char srgb) { return LinearFromSrgb(srgb / 255.0); }
 
@@ -25,10 +25,9 @@ double Linear(unsigned char srgb) { return LinearFromSrgb(srgb / 255.0); }
 class Document {
  public:
   explicit Document(const SavedMap& saved) : saved_(saved), objects_(ExportedObjects(saved)) {
-    nodes_.push_back(
-        {{"name", "map"},
-         {"rotation", Numbers(Eigen::Quaterniond(YUpFromWorld(saved.map)).normalized())},
-         {"extras", {{"unit", saved.map.is_metric ? "metre" : "arbitrary"}}}});
+    nodes_.push_back({{"name", "map"},
+                      {"rotation", RotationOf(Eigen::Quaterniond(YUpFromWorld(saved.map)))},
+                      {"extras", {{"unit", saved.map.is_metric ? "metre" : "arbitrary"}}}});
   }
 
   void AddObjects();
@@ -93,9 +92,9 @@ void Document::AddObjects() {
     const Ellipsoid& e = o.object->ellipsoid;
     AddNode({{"name", fmt::format("{} {}", o.label, o.id.value)},
              {"mesh", mesh_of_class[category]},
-             {"translation", Numbers(e.center)},
-             {"rotation", Numbers(e.rotation.normalized())},
-             {"scale", Numbers(e.half_axes)},
+             {"translation", JsonNumbers<Json>(e.center)},
+             {"rotation", RotationOf(e.rotation)},
+             {"scale", JsonNumbers<Json>(e.half_axes)},
              {"extras",
               {{"id", o.id.value},
                {"category_id", category},
@@ -166,8 +165,8 @@ void Document::AddKeyframes() {
     AddNode({{"name", fmt::format("keyframe {}", id.value)},
              {"camera", keyframe.camera},
              {"mesh", first_mesh + static_cast<size_t>(keyframe.camera)},
-             {"translation", Numbers(world_from_cam.translation)},
-             {"rotation", Numbers((world_from_cam.rotation * cv_from_gl).normalized())},
+             {"translation", JsonNumbers<Json>(world_from_cam.translation)},
+             {"rotation", RotationOf(world_from_cam.rotation * cv_from_gl)},
              {"extras", {{"timestamp", keyframe.timestamp}}}});
   });
 }

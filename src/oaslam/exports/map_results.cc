@@ -1,12 +1,11 @@
 #include "oaslam/exports/map_results.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
-#include <vector>
+#include <optional>
 
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
@@ -15,13 +14,17 @@
 namespace oaslam {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 // Nine digits exceed the precision of the map; "-0" is avoided.
+double Short(double x) {
+  return x == 0 ? 0 : std::strtod(fmt::format("{:.9g}", x).c_str(), nullptr);
+}
+double FourPlaces(double x) { return std::round(x * 1e4) / 1e4; }
+
 template <typename Vector>
-std::string Numbers(const Vector& vector) {
-  std::vector<std::string> numbers;
-  for (Eigen::Index i = 0; i < vector.size(); ++i)
-    numbers.push_back(fmt::format("{:.9g}", vector[i] == 0 ? 0.0 : vector[i]));
-  return fmt::format("[{}]", fmt::join(numbers, ", "));
+Json ShortNumbers(const Vector& vector) {
+  return JsonNumbers<Json>(Vector(vector.unaryExpr(&Short)));
 }
 
 // Mean score of its detections.
@@ -31,24 +34,24 @@ double Score(const Object& object) {
   return object.observations.empty() ? 0 : sum / static_cast<double>(object.observations.size());
 }
 
-// Fields that most objects do not have.
-std::string Special(const Map& map, ObjectId id, const Object& object) {
-  const std::optional<ObjectId> whole = WholeOf(map, id);
-  return (whole ? fmt::format(", \"part_of\": {}", whole->value) : "") +
-         (object.has_moved ? ", \"moved\": true" : "");
-}
-
-std::string Named(const Object& object) {
-  return object.name.empty() ? "" : ", \"name\": " + JsonText(nlohmann::json(object.name));
-}
-
-// Nothing where all detections gave it the same label.
-std::string Labelled(const Object& object) {
-  if (object.shares.empty()) return "";
-  std::string text;
-  for (const LabelShare& label : object.shares)
-    text += fmt::format("{}[{}, {:.4f}]", text.empty() ? "" : ", ", label.category_id, label.share);
-  return ",\n   \"labels\": [" + text + "]";
+Json ObjectJson(const Map& map, ObjectId id, const Object& object, const ClassNames& names) {
+  Json json{{"id", id.value},
+            {"category_id", object.category_id},
+            {"category", NameOf(names, object.category_id)}};
+  if (!object.name.empty()) json["name"] = object.name;
+  for (const LabelShare& label : object.shares)  // none where all detections gave it the same label
+    json["labels"].push_back({label.category_id, FourPlaces(label.share)});
+  const Ellipsoid& e = object.ellipsoid;
+  json["center"] = ShortNumbers(e.center);
+  json["half_axes"] = ShortNumbers(e.half_axes);
+  json["rotation"] =
+      ShortNumbers(Eigen::Vector4d((e.rotation.w() < 0 ? -1.0 : 1.0) * e.rotation.coeffs()));
+  json["observations"] = object.total_observations;
+  json["score"] = FourPlaces(Score(object));
+  if (const std::optional<ObjectId> whole = WholeOf(map, id)) json["part_of"] = whole->value;
+  if (object.has_moved) json["moved"] = true;
+  json["covariance_diag"] = ShortNumbers(Eigen::VectorXd(object.covariance.diagonal()));
+  return json;
 }
 
 }  // namespace
@@ -56,19 +59,8 @@ std::string Labelled(const Object& object) {
 void SaveObjectsJson(const std::string& path, const Map& map, const ClassNames& names) {
   std::string text;
   map.objects.ForEach([&](ObjectId id, const Object& object) {
-    if (object.state != ObjectState::kMapped) return;
-    const Ellipsoid& e = object.ellipsoid;
-    const Eigen::Vector4d rotation = e.rotation.w() < 0 ? Eigen::Vector4d(-e.rotation.coeffs())
-                                                        : Eigen::Vector4d(e.rotation.coeffs());
-    text += fmt::format(
-        "{}\n  {{\"id\": {}, \"category_id\": {}, \"category\": {}{}{},\n   \"center\": {},\n   "
-        "\"half_axes\": {},\n   \"rotation\": {},\n"
-        "   \"observations\": {}, \"score\": {:.4f}{},\n   \"covariance_diag\": {}}}",
-        text.empty() ? "" : ",", id.value, object.category_id,
-        JsonText(nlohmann::json(NameOf(names, object.category_id))), Named(object),
-        Labelled(object), Numbers(e.center), Numbers(e.half_axes), Numbers(rotation),
-        object.total_observations, Score(object), Special(map, id, object),
-        Numbers(Eigen::VectorXd(object.covariance.diagonal())));
+    if (object.state == ObjectState::kMapped)
+      text += (text.empty() ? "\n" : ",\n") + JsonText(ObjectJson(map, id, object, names));
   });
   WriteTextFile(path, "[" + text + "\n]\n");
 }

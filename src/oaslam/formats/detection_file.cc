@@ -410,36 +410,46 @@ DetectionTable LoadDetections(const std::string& path) {
   return DetectionTable(std::move(file.images));
 }
 
+namespace {
+
+// Of a score, or of a pixel.
+double FourPlaces(double x) { return std::round(x * 1e4) / 1e4; }
+double TwoPlaces(double px) { return std::round(px * 100) / 100; }
+
+nlohmann::ordered_json JsonOf(const Detection& d) {
+  const Box& b = d.box;
+  nlohmann::ordered_json json{
+      {"category_id", d.category_id},
+      {"detection_score", FourPlaces(d.score)},
+      {"bbox", {TwoPlaces(b.x1), TwoPlaces(b.y1), TwoPlaces(b.x2), TwoPlaces(b.y2)}}};
+  // A score that is rounded to 0 cannot be shared.
+  if (!d.other_labels.empty() && d.score >= 0.5e-4) {
+    json["labels"].push_back({d.category_id, FourPlaces(d.score)});
+    for (const Label& label : d.other_labels)
+      json["labels"].push_back({label.category_id, FourPlaces(label.score)});
+  }
+  if (d.ellipse) {
+    const auto& e = *d.ellipse;
+    json["ellipse"] = {TwoPlaces(e[0]), TwoPlaces(e[1]), TwoPlaces(e[2]), TwoPlaces(e[3]),
+                       std::round(e[4] * 1e6) / 1e6};
+  }
+  return json;
+}
+
+}  // namespace
+
 void SaveDetections(const std::string& path, const std::vector<ImageDetections>& images) {
-  // Written by hand, for one line per image and a fixed number of digits.
-  std::string text = "[";
+  std::string text = "[";  // a line for each image
   for (const ImageDetections& image : images) {
-    text += fmt::format("{}{{\"file_name\": {}, \"detections\": [",
-                        &image == &images.front() ? "\n" : ",\n", JsonText(Json(image.file_name)));
+    nlohmann::ordered_json line{{"file_name", image.file_name},
+                                {"detections", nlohmann::ordered_json::array()}};
     for (const Detection& d : image.detections) {
       if (!std::isfinite(d.score + d.box.x1 + d.box.y1 + d.box.x2 + d.box.y2))
         throw InputError(fmt::format("{}: {}: detection {} has a number that is not finite", path,
                                      image.file_name, &d - image.detections.data()));
-      text += fmt::format(
-          "{}{{\"category_id\": {}, \"detection_score\": {:.4f}, \"bbox\": [{:.2f}, {:.2f}, "
-          "{:.2f}, {:.2f}]",
-          &d == &image.detections.front() ? "" : ", ", d.category_id, d.score, d.box.x1, d.box.y1,
-          d.box.x2, d.box.y2);
-      // A score that is rounded to 0 cannot be shared.
-      if (!d.other_labels.empty() && d.score >= 0.5e-4) {
-        text += fmt::format(", \"labels\": [[{}, {:.4f}]", d.category_id, d.score);
-        for (const Label& label : d.other_labels)
-          text += fmt::format(", [{}, {:.4f}]", label.category_id, label.score);
-        text += "]";
-      }
-      if (d.ellipse) {
-        const auto& e = *d.ellipse;
-        text += fmt::format(", \"ellipse\": [{:.2f}, {:.2f}, {:.2f}, {:.2f}, {:.6f}]", e[0], e[1],
-                            e[2], e[3], e[4]);
-      }
-      text += "}";
+      line["detections"].push_back(JsonOf(d));
     }
-    text += "]}";
+    text += (&image == &images.front() ? "\n" : ",\n") + JsonText(line);
   }
   WriteTextFile(path, text + "\n]\n");
 }

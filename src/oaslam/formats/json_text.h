@@ -12,4 +12,12 @@ std::string JsonText(const Json& json, int indent = -1) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
+// The elements of a vector, as a list.
+template <typename Json, typename Vector>
+Json JsonNumbers(const Vector& vector) {
+  Json numbers = Json::array();
+  for (const double x : vector) numbers.push_back(x);
+  return numbers;
+}
+
 }  // namespace oaslam

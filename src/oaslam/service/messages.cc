@@ -8,6 +8,7 @@
 #include "oaslam/detection_file.h"
 #include "oaslam/error.h"
 #include "oaslam/formats/detection_json.h"
+#include "oaslam/formats/json_text.h"
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/ellipsoid.h"
@@ -40,8 +41,6 @@ Camera ReadCamera(const JsonInput& json) {
   CheckCalibration(camera, json.place());
   return camera;
 }
-
-Json Numbers(std::initializer_list<double> values) { return Json(std::vector<double>(values)); }
 
 }  // namespace
 
@@ -99,13 +98,12 @@ ImageRequest ReadImageRequest(const JsonInput& json) {
   return request;
 }
 
-Json JsonOf(const Eigen::Vector3d& v) { return Numbers({v.x(), v.y(), v.z()}); }
+Json JsonOf(const Eigen::Vector3d& v) { return JsonNumbers<Json>(v); }
 
 Json JsonOf(const Rigid3& pose) {
-  const Eigen::Quaterniond& q = pose.rotation;
-  const double sign = q.w() < 0 ? -1 : 1;
+  const double sign = pose.rotation.w() < 0 ? -1 : 1;
   return {{"position", JsonOf(pose.translation)},
-          {"rotation", Numbers({sign * q.x(), sign * q.y(), sign * q.z(), sign * q.w()})}};
+          {"rotation", JsonNumbers<Json>(Eigen::Vector4d(sign * pose.rotation.coeffs()))}};
 }
 
 Json JsonOf(const Camera& c) {
@@ -123,7 +121,7 @@ Json JsonOf(const Ellipsoid& e) {
   const Eigen::Quaterniond& q = e.rotation;
   return {{"center", JsonOf(e.center)},
           {"half_axes", JsonOf(e.half_axes)},
-          {"rotation", Numbers({q.x(), q.y(), q.z(), q.w()})}};
+          {"rotation", JsonNumbers<Json>(q.coeffs())}};
 }
 
 Json JsonOf(const AnchorPose& anchor, int64_t version) {
@@ -163,7 +161,7 @@ Json JsonOfObjectsInView(const SavedMap& saved, const Camera& camera,
     const Box shown = Intersection(*box, bounds);
     objects.push_back({{"id", id.value},
                        {"category", NameOf(saved.class_names, object.category_id)},
-                       {"box", Numbers({shown.x1, shown.y1, shown.x2, shown.y2})}});
+                       {"box", {shown.x1, shown.y1, shown.x2, shown.y2}}});
   });
   return objects;
 }
