@@ -272,6 +272,46 @@ void LinkKeyframes(Map& map) {
   });
 }
 
+// The object that a row is about.
+Object& ObjectOf(RowReader& row, Map& map) {
+  Object* object = map.objects.Mutable(row.RequiredId<ObjectId>());
+  if (!object) row.Refuse("no such object");
+  return *object;
+}
+
+void ReadLabels(SQLite::Database& database, Checksum& checksum, Map& map) {
+  RowReader labels(database, checksum, "object_labels", "object, category_id");
+  while (labels.Next()) {
+    Object& object = ObjectOf(labels, map);
+    const int category = labels.Int(0, kMaxCategory);
+    const double share = labels.Real();
+    if (!(share >= 0 && share <= 1)) labels.Refuse("a share is from 0 to 1");
+    object.shares.push_back({category, share});
+  }
+  map.objects.ForEach([&](ObjectId id, const Object& object) {
+    if (!AreConsistent(LabelsOf(object)))
+      throw SQLite::Exception(fmt::format(
+          "object_labels: those of object {} do not sum to 1, or lack its category", id.value));
+  });
+}
+
+void ReadObjectObservations(SQLite::Database& database, Checksum& checksum, Map& map) {
+  RowReader observations(database, checksum, "object_observations", "object, rank");
+  while (observations.Next()) {
+    Object& object = ObjectOf(observations, map);
+    observations.Int();
+    ObjectObservation o;
+    o.frame_index = observations.Int(INT32_MIN, kMaxFrame);
+    o.reference = observations.RequiredId<KeyframeId>();
+    o.cam_from_reference = observations.Pose();
+    o.camera = observations.Int();
+    o.box = observations.ReadBox();
+    o.score = observations.Real();
+    o.truncated = static_cast<unsigned char>(observations.Int(0, 255));
+    object.observations.push_back(o);
+  }
+}
+
 void ReadObjects(SQLite::Database& database, Checksum& checksum, Map& map) {
   RowReader rows(database, checksum, "objects", "id");
   while (rows.Next()) {
@@ -293,41 +333,11 @@ void ReadObjects(SQLite::Database& database, Checksum& checksum, Map& map) {
     object.name = rows.Text();
     InsertNew(id, std::move(object), rows, map.objects);
   }
-  const auto object_of = [&](RowReader& row) -> Object& {
-    Object* object = map.objects.Mutable(row.RequiredId<ObjectId>());
-    if (!object) row.Refuse("no such object");
-    return *object;
-  };
-  RowReader labels(database, checksum, "object_labels", "object, category_id");
-  while (labels.Next()) {
-    Object& object = object_of(labels);
-    const int category = labels.Int(0, kMaxCategory);
-    const double share = labels.Real();
-    if (!(share >= 0 && share <= 1)) labels.Refuse("a share is from 0 to 1");
-    object.shares.push_back({category, share});
-  }
-  map.objects.ForEach([&](ObjectId id, const Object& object) {
-    if (!AreConsistent(LabelsOf(object)))
-      throw SQLite::Exception(fmt::format(
-          "object_labels: those of object {} do not sum to 1, or lack its category", id.value));
-  });
-  RowReader observations(database, checksum, "object_observations", "object, rank");
-  while (observations.Next()) {
-    Object& object = object_of(observations);
-    observations.Int();
-    ObjectObservation o;
-    o.frame_index = observations.Int(INT32_MIN, kMaxFrame);
-    o.reference = observations.RequiredId<KeyframeId>();
-    o.cam_from_reference = observations.Pose();
-    o.camera = observations.Int();
-    o.box = observations.ReadBox();
-    o.score = observations.Real();
-    o.truncated = static_cast<unsigned char>(observations.Int(0, 255));
-    object.observations.push_back(o);
-  }
+  ReadLabels(database, checksum, map);
+  ReadObjectObservations(database, checksum, map);
   RowReader landmarks(database, checksum, "object_landmarks", "object, landmark");
   while (landmarks.Next()) {
-    Object& object = object_of(landmarks);
+    Object& object = ObjectOf(landmarks, map);
     object.landmarks.push_back(landmarks.RequiredId<LandmarkId>());
     object.landmark_votes.push_back(static_cast<uint16_t>(landmarks.Int(0, UINT16_MAX)));
   }
