@@ -31,23 +31,6 @@ using TlsStream = asio::ssl::stream<beast::tcp_stream>;
 
 constexpr uint32_t kMaxHeader = 8192;  // bytes, as most servers allow
 
-// A page is self-contained: it may load nothing from elsewhere, and no other page may frame it.
-constexpr const char* kContentPolicy =
-    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src blob: "
-    "data:; media-src blob:; connect-src 'self' blob: data:; base-uri 'none'; form-action 'none'; "
-    "frame-ancestors 'none'";
-
-template <typename Message>
-void SetFields(const HttpAnswer& answer, Message& message) {
-  message.set(http::field::content_type, answer.content_type);
-  message.set(http::field::cache_control, "no-store");
-  message.set(http::field::x_frame_options, "DENY");
-  message.set("X-Content-Type-Options", "nosniff");
-  message.set("Content-Security-Policy", kContentPolicy);
-  message.set("Referrer-Policy", "no-referrer");
-  for (const auto& [name, value] : answer.fields) message.set(name, value);
-}
-
 template <typename Stream>
 class HttpConnection : public Connection,
                        public std::enable_shared_from_this<HttpConnection<Stream>> {

@@ -49,6 +49,12 @@ std::string TokenOf(const http::fields& fields) {
   return "";
 }
 
+// A page is self-contained: it may load nothing from elsewhere, and no other page may frame it.
+constexpr const char* kContentPolicy =
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src blob: "
+    "data:; media-src blob:; connect-src 'self' blob: data:; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'";
+
 }  // namespace
 
 std::optional<HttpRequest> RequestOf(const RequestHead& head, const std::string& address,
@@ -95,6 +101,16 @@ HttpAnswer TextAnswer(http::status status, const std::string& text) {
   answer.content_type = "text/plain; charset=utf-8";
   answer.body = text;
   return answer;
+}
+
+void SetFields(const HttpAnswer& answer, http::fields& fields) {
+  fields.set(http::field::content_type, answer.content_type);
+  fields.set(http::field::cache_control, "no-store");
+  fields.set(http::field::x_frame_options, "DENY");
+  fields.set("X-Content-Type-Options", "nosniff");
+  fields.set("Content-Security-Policy", kContentPolicy);
+  fields.set("Referrer-Policy", "no-referrer");
+  for (const auto& [name, value] : answer.fields) fields.set(name, value);
 }
 
 }  // namespace oaslam

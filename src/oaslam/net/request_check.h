@@ -1,6 +1,7 @@
 #pragma once
 
 #include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/fields.hpp>
 #include <boost/beast/http/message.hpp>
 #include <optional>
 
@@ -17,6 +18,9 @@ std::optional<HttpRequest> RequestOf(const RequestHead& head, const std::string&
 // Finds out what the caller may do, and sets it. Returns the answer where the request is refused:
 // because of its host or origin, or since the service wants a token for it.
 std::optional<HttpAnswer> CheckRequest(const ServerCore& core, HttpRequest& request);
+
+// Sets the fields of an answer, and those that forbid what no answer needs.
+void SetFields(const HttpAnswer& answer, boost::beast::http::fields& fields);
 
 HttpAnswer TextAnswer(boost::beast::http::status status, const std::string& text);
 
