@@ -1,0 +1,182 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <map>
+
+#include "oaslam/error.h"
+#include "oaslam/formats/imu_file.h"
+#include "oaslam/formats/table_file.h"
+#include "oaslam/formats/text.h"
+#include "oaslam/images/dataset_layouts.h"
+#include "oaslam/images/image_files.h"
+#include "oaslam/images/image_list.h"
+#include "oaslam/util/lower.h"
+
+// Of benchmarks and their recordings.
+namespace oaslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The matrix in a file of its own, of three rows or four; nothing where there is no file or, as
+// ScanNet marks what it does not know, a number that is not finite.
+std::optional<Rigid3> LoadMatrix(const std::string& path) {
+  std::error_code error;
+  if (!fs::exists(path, error)) return std::nullopt;
+  const std::string text = ReadTextFile(path);
+  std::vector<double> rows;
+  size_t number = 0;
+  for (const std::string_view line : SplitLines(text)) {
+    ++number;
+    const auto fields = SplitFields(line);
+    if (fields.empty() || rows.size() == 12) continue;
+    for (size_t i = 0; i < 4; ++i) {
+      const std::string word = i < fields.size() ? Lower(fields[i]) : "";
+      if (word.ends_with("inf") || word.ends_with("nan")) return std::nullopt;
+      rows.push_back(NumberAt(fields, i, path, number));
+    }
+  }
+  if (rows.size() < 12)
+    throw InputError(fmt::format("{}: {} numbers, expected a matrix of 4 x 4", path, rows.size()));
+  return PoseOfMatrix(rows, path);
+}
+
+// The poses of images that have one in the file of this path each.
+template <typename PathOf>
+std::vector<StampedPose> LoadMatrices(const std::vector<ListedImage>& images, PathOf path_of) {
+  std::vector<StampedPose> poses;
+  for (const ListedImage& image : images)
+    if (const auto pose = LoadMatrix(path_of(image.path)))
+      poses.push_back({image.timestamp, *pose});
+  return poses;
+}
+
+// Poses are twelve numbers a line; "poses/07.txt" of the benchmark is that of "sequences/07".
+std::string KittiPoses(const DatasetFolder& folder) {
+  const fs::path root = fs::absolute(fs::path(folder.root) / ".").lexically_normal().parent_path();
+  const std::string beside = "../../poses/" + root.filename().string() + ".txt";
+  return folder.First({"poses.txt", beside.c_str()});
+}
+
+// The number that a name is; nothing for another name.
+std::optional<double> NumberOfName(const std::string& path) {
+  return ParseNumber(WithoutExtension(BaseName(path)));
+}
+
+}  // namespace
+
+std::optional<Dataset> FindEuRoC(const DatasetFolder& given) {
+  const DatasetFolder folder{given.Has("mav0") ? given.At("mav0") : given.root, given.options};
+  if (!folder.Has("cam0/data.csv")) return std::nullopt;
+  Dataset dataset;
+  dataset.images = ReadList(folder.At("cam0/data.csv"), folder.options);
+  dataset.camera = folder.First({"cam0/sensor.yaml"});
+  dataset.imu = folder.First({"imu0/data.csv"});
+  const std::string truth =
+      folder.First({"state_groundtruth_estimate0/data.csv", "mocap0/data.csv"});
+  if (truth.empty()) return dataset;
+  dataset.truth = [truth, camera = dataset.camera] {
+    const Rigid3 body_from_cam =
+        (camera.empty() ? std::nullopt : LoadBodyFromCamera(camera)).value_or(Rigid3());
+    std::vector<StampedPose> poses = LoadTrajectory(truth);
+    for (StampedPose& pose : poses) pose.world_from_cam = pose.world_from_cam * body_from_cam;
+    return poses;
+  };
+  return dataset;
+}
+
+std::optional<Dataset> FindTum(const DatasetFolder& folder) {
+  if (!folder.Has("rgb.txt")) return std::nullopt;
+  Dataset dataset;
+  dataset.images = ReadList(folder.At("rgb.txt"), folder.options);
+  if (const std::string truth = folder.First({"groundtruth.txt"}); !truth.empty())
+    dataset.truth = [truth] { return LoadTrajectory(truth); };
+  return dataset;
+}
+
+std::optional<Dataset> FindKitti(const DatasetFolder& folder) {
+  const std::string images = folder.First({"image_0", "image_2"}), times = folder.At("times.txt");
+  if (images.empty() || !folder.Has("times.txt")) return std::nullopt;
+  Dataset dataset;
+  dataset.images = ListFolder(images, folder.options);
+  if (dataset.images.empty()) return dataset;
+  const auto seconds = LoadNumberRows(times, 1);
+  CheckCount(times, seconds.size(), "times", images, dataset.images.size());
+  for (size_t i = 0; i < seconds.size() && !folder.options.fps; ++i)
+    dataset.images[i].timestamp = seconds[i][0];
+  dataset.camera = folder.First({"calib.txt"});
+  const std::string truth = KittiPoses(folder);
+  if (truth.empty()) return dataset;
+  dataset.truth = [truth, images, listed = dataset.images] {
+    const auto rows = LoadNumberRows(truth, 12);
+    CheckCount(truth, rows.size(), "poses", images, listed.size());
+    std::vector<StampedPose> poses;
+    for (size_t i = 0; i < rows.size(); ++i)
+      poses.push_back(
+          {listed[i].timestamp, PoseOfMatrix(rows[i], fmt::format("{}: pose {}", truth, i))});
+    return poses;
+  };
+  return dataset;
+}
+
+std::optional<Dataset> FindSevenScenes(const DatasetFolder& folder) {
+  if (folder.First({"frame-000000.color.png", "frame-000000.color.jpg"}).empty()) {
+    if (folder.Has("seq-01") && folder.Has("TrainSplit.txt"))
+      throw InputError(
+          fmt::format("{}: a scene of 7-Scenes, expected one of its sequences, such as {}",
+                      folder.root, folder.At("seq-01")));
+    return std::nullopt;
+  }
+  Dataset dataset;
+  dataset.images = ListFolder(folder.root, folder.options, ".color");
+  if (folder.Has("frame-000000.pose.txt"))
+    dataset.truth = [listed = dataset.images] {
+      return LoadMatrices(listed, [](const std::string& path) {
+        return WithoutExtension(WithoutExtension(path)) + ".pose.txt";
+      });
+    };
+  return dataset;
+}
+
+// Its poses count images, as the names do.
+std::optional<Dataset> FindIclNuim(const DatasetFolder& folder) {
+  if (!folder.Has("associations.txt") || !folder.Has("rgb")) return std::nullopt;
+  std::error_code error;
+  std::string truth;
+  for (const auto& entry : fs::directory_iterator(folder.root, error))
+    if (std::string path = entry.path().string();
+        path.ends_with(".gt.freiburg") && (truth.empty() || path < truth))
+      truth = std::move(path);
+  if (truth.empty()) return std::nullopt;
+  Dataset dataset;
+  dataset.images = ListFolder(folder.At("rgb"), folder.options);
+  dataset.truth = [truth, listed = dataset.images] {
+    std::map<double, double> times;
+    for (const ListedImage& image : listed)
+      if (const auto number = NumberOfName(image.path)) times[*number] = image.timestamp;
+    std::vector<StampedPose> poses;
+    for (const StampedPose& pose : LoadTrajectory(truth))
+      if (const auto time = times.find(pose.timestamp); time != times.end())
+        poses.push_back({time->second, pose.world_from_cam});
+    return poses;
+  };
+  return dataset;
+}
+
+std::optional<Dataset> FindScanNet(const DatasetFolder& folder) {
+  const std::string camera =
+      folder.First({"intrinsic/intrinsic_color.txt", "intrinsics/intrinsic_color.txt"});
+  if (!folder.Has("color") || (camera.empty() && !folder.Has("pose"))) return std::nullopt;
+  Dataset dataset;
+  dataset.images = ListFolder(folder.At("color"), folder.options);
+  dataset.camera = camera;
+  if (folder.Has("pose"))
+    dataset.truth = [root = folder.At("pose"), listed = dataset.images] {
+      return LoadMatrices(listed, [&](const std::string& path) {
+        return (fs::path(root) / (WithoutExtension(BaseName(path)) + ".txt")).string();
+      });
+    };
+  return dataset;
+}
+
+}  // namespace oaslam

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "oaslam/images/dataset.h"
+#include "oaslam/rigid3.h"
+
+namespace oaslam {
+
+// What the finders of the layouts of datasets share.
+
+struct DatasetFolder {
+  std::string root;
+  ImageSourceOptions options;
+
+  std::string At(const std::string& path) const;
+  bool Has(const std::string& path) const;
+  // The path of the first of these that is there; empty: none.
+  std::string First(std::initializer_list<const char*> paths) const;
+};
+
+// The first three rows of a matrix. Throws InputError, which begins with `place`.
+Rigid3 PoseOfMatrix(const std::vector<double>& rows, const std::string& place);
+// Throws InputError where there is not one for each image.
+void CheckCount(const std::string& path, size_t count, const char* what, const std::string& folder,
+                size_t images);
+
+// Nothing where the folder is in another layout. They throw InputError.
+std::optional<Dataset> FindEuRoC(const DatasetFolder& given);
+std::optional<Dataset> FindKitti(const DatasetFolder& folder);
+std::optional<Dataset> FindSevenScenes(const DatasetFolder& folder);
+std::optional<Dataset> FindScanNet(const DatasetFolder& folder);
+std::optional<Dataset> FindRecord3d(const DatasetFolder& folder);
+std::optional<Dataset> FindStrayScanner(const DatasetFolder& folder);
+std::optional<Dataset> FindNerfstudio(const DatasetFolder& folder);
+std::optional<Dataset> FindColmap(const DatasetFolder& folder);
+std::optional<Dataset> FindTum(const DatasetFolder& folder);
+std::optional<Dataset> FindIclNuim(const DatasetFolder& folder);
+
+}  // namespace oaslam
