@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "oaslam/bundle/by_point.h"
 #include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/geometry/pose_step.h"
@@ -51,15 +52,13 @@ class IntrinsicsProblem {
   IntrinsicsProblem(std::span<const RollingMeasurement> measurements, const IntrinsicsPrior& prior,
                     double huber_chi2, const IntrinsicsState& state)
       : measurements_(measurements),
+        by_point_(measurements, state.points.size()),
         prior_(prior),
         prior_information_(PriorInformation(prior)),
         huber_chi2_(huber_chi2),
         cross_(measurements.size()),
         by_pose_(state.poses.size()),
         points_(state.points.size()) {
-    first_.assign(state.points.size() + 1, 0);
-    for (const RollingMeasurement& s : measurements) ++first_[s.point + 1];
-    for (size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
     is_left_out_.resize(state.points.size());
     for (size_t p = 0; p < state.points.size(); ++p) is_left_out_[p] = IsBehind(state, p);
   }
@@ -104,7 +103,7 @@ class IntrinsicsProblem {
     for (size_t point = 0; point < points_.size(); ++point) {
       const PointBlock& b = points_[point];
       Eigen::Vector3d back = -b.gradient - b.by_intrinsics.transpose() * of_camera;
-      for (int i = first_[point]; i < first_[point + 1]; ++i)
+      for (int i = by_point_.First(point); i < by_point_.End(point); ++i)
         if (measurements_[i].pose > 0)
           back -= cross_[i].transpose() * step.segment<6>(RowOf(measurements_[i].pose));
       state.points[point] += b.inverse * back;
@@ -145,9 +144,9 @@ class IntrinsicsProblem {
   static int RowOf(int pose) { return 6 * (pose - 1); }
 
   bool IsBehind(const IntrinsicsState& state, size_t point) const {
-    for (int i = first_[point]; i < first_[point + 1]; ++i)
-      if ((state.poses[measurements_[i].pose] * state.points[point]).z() < kMinDepth) return true;
-    return false;
+    return by_point_.IsBehind(point, [&](const RollingMeasurement& s) {
+      return (state.poses[s.pose] * state.points[point]).z();
+    });
   }
 
   void LinearizePoint(const IntrinsicsState& state, const std::vector<Eigen::Matrix3d>& rotations,
@@ -157,11 +156,11 @@ class IntrinsicsProblem {
          MatrixSharedPoint::Zero()};
     if (is_left_out_[point] || IsBehind(state, point)) {
       // Behind a camera a point has no useful derivative: it is fixed and has no influence.
-      for (int i = first_[point]; i < first_[point + 1]; ++i) cross_[i].setZero();
+      for (int i = by_point_.First(point); i < by_point_.End(point); ++i) cross_[i].setZero();
       b.hessian.setIdentity();
       return;
     }
-    for (int i = first_[point]; i < first_[point + 1]; ++i) {
+    for (int i = by_point_.First(point); i < by_point_.End(point); ++i) {
       const RollingMeasurement& s = measurements_[i];
       const Eigen::Vector3d p =
           rotations[s.pose] * state.points[point] + state.poses[s.pose].translation;
@@ -179,12 +178,7 @@ class IntrinsicsProblem {
       intrinsics_hessian_.noalias() += weight * by_intrinsics.transpose() * by_intrinsics;
       intrinsics_gradient_.noalias() += weight * by_intrinsics.transpose() * residual;
       if (s.pose == 0) continue;
-      // Under a rotation w of the camera the point moves by w x p.
-      Matrix26 by_pose;
-      by_pose.leftCols<3>() = by_p;
-      by_pose.col(3) = p.y() * by_p.col(2) - p.z() * by_p.col(1);
-      by_pose.col(4) = p.z() * by_p.col(0) - p.x() * by_p.col(2);
-      by_pose.col(5) = p.x() * by_p.col(1) - p.y() * by_p.col(0);
+      const Matrix26 by_pose = DerivativeByPose(by_p, p);
       PoseBlock& pose = by_pose_[s.pose];
       pose.hessian.noalias() += weight * by_pose.transpose() * by_pose;
       pose.gradient.noalias() += weight * by_pose.transpose() * residual;
@@ -224,13 +218,13 @@ class IntrinsicsProblem {
     const MatrixSharedPoint of_camera = b.by_intrinsics * b.inverse;
     system.block<kShared, kShared>(at, at).noalias() -= of_camera * b.by_intrinsics.transpose();
     right.tail<kShared>().noalias() += of_camera * b.gradient;
-    for (int i = first_[point]; i < first_[point + 1]; ++i) {
+    for (int i = by_point_.First(point); i < by_point_.End(point); ++i) {
       const int pose = measurements_[i].pose;
       if (pose == 0) continue;
       const Matrix63 scaled = cross_[i] * b.inverse;
       right.segment<6>(RowOf(pose)).noalias() += scaled * b.gradient;
       system.block<kShared, 6>(at, RowOf(pose)).noalias() -= of_camera * cross_[i].transpose();
-      for (int j = first_[point]; j < first_[point + 1]; ++j) {
+      for (int j = by_point_.First(point); j < by_point_.End(point); ++j) {
         const int other = measurements_[j].pose;
         if (other > 0 && other <= pose)
           system.block<6, 6>(RowOf(pose), RowOf(other)).noalias() -= scaled * cross_[j].transpose();
@@ -239,10 +233,10 @@ class IntrinsicsProblem {
   }
 
   std::span<const RollingMeasurement> measurements_;
+  ByPoint<RollingMeasurement> by_point_;
   IntrinsicsPrior prior_;
   SharedStep prior_information_;
   double huber_chi2_;
-  std::vector<int> first_;  // index of the first measurement of each point
   // Points that are behind a camera from the start: their residuals would be wrong.
   std::vector<char> is_left_out_;
   std::vector<Matrix63> cross_;  // by measurement: pose by point

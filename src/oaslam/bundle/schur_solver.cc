@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 
+#include "oaslam/bundle/by_point.h"
 #include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/estimation/schur_system.h"
@@ -27,11 +28,9 @@ class ReprojectionProblem {
       : measurements_(measurements),
         motions_(motions),
         free_poses_(free_poses),
+        by_point_(measurements, state.points.size()),
         options_(options),
         system_(free_poses) {
-    first_.assign(state.points.size() + 1, 0);
-    for (const PointMeasurement& s : measurements) ++first_[s.point + 1];
-    for (size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
     const std::vector<Cam> cams = CamsOf(state);
     is_left_out_.resize(state.points.size());
     for (size_t point = 0; point < state.points.size(); ++point)
@@ -60,7 +59,7 @@ class ReprojectionProblem {
   void Linearize(const CamerasAndPoints& state) {
     const std::vector<Cam> cams = CamsOf(state);
     system_.Clear();
-    for (size_t point = 0; point + 1 < first_.size(); ++point) {
+    for (size_t point = 0; point < by_point_.points(); ++point) {
       Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
       Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
       if (is_left_out_[point] || IsBehind(point, state.points[point], cams)) {
@@ -68,7 +67,7 @@ class ReprojectionProblem {
         system_.AddLandmark(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero());
         continue;
       }
-      for (int i = first_[point]; i < first_[point + 1]; ++i) {
+      for (int i = by_point_.First(point); i < by_point_.End(point); ++i) {
         const PointMeasurement& s = measurements_[i];
         const Cam& cam = cams[s.pose];
         const Eigen::Vector3d p = cam.rotation * state.points[point] + cam.translation;
@@ -79,12 +78,7 @@ class ReprojectionProblem {
         hessian.noalias() += weight * by_point.transpose() * by_point;
         gradient.noalias() += weight * by_point.transpose() * residual;
         if (s.pose >= free_poses_) continue;
-        // Under a rotation w of the camera the point moves by w x p.
-        Matrix26 by_pose;
-        by_pose.leftCols<3>() = by_p;
-        by_pose.col(3) = p.y() * by_p.col(2) - p.z() * by_p.col(1);
-        by_pose.col(4) = p.z() * by_p.col(0) - p.x() * by_p.col(2);
-        by_pose.col(5) = p.x() * by_p.col(1) - p.y() * by_p.col(0);
+        const Matrix26 by_pose = DerivativeByPose(by_p, p);
         system_.Hessian(s.pose, s.pose).noalias() += weight * by_pose.transpose() * by_pose;
         system_.Gradient(s.pose).noalias() += weight * by_pose.transpose() * residual;
         system_.AddCross(s.pose, weight * by_pose.transpose() * by_point);
@@ -151,18 +145,16 @@ class ReprojectionProblem {
   }
 
   bool IsBehind(size_t point, const Eigen::Vector3d& x, const std::vector<Cam>& cams) const {
-    for (int i = first_[point]; i < first_[point + 1]; ++i) {
-      const Cam& cam = cams[measurements_[i].pose];
-      if (cam.rotation.row(2).dot(x) + cam.translation.z() < kMinDepth) return true;
-    }
-    return false;
+    return by_point_.IsBehind(point, [&](const PointMeasurement& s) {
+      return cams[s.pose].rotation.row(2).dot(x) + cams[s.pose].translation.z();
+    });
   }
 
   std::span<const PointMeasurement> measurements_;
   std::span<const MotionMeasurement> motions_;
   int free_poses_;
+  ByPoint<PointMeasurement> by_point_;
   SchurOptions options_;
-  std::vector<int> first_;  // index of the first measurement of each point
   // Points that are behind a camera from the start: their residuals would be wrong.
   std::vector<char> is_left_out_;
   SchurSystem<3> system_;

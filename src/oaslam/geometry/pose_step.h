@@ -23,6 +23,17 @@ inline Rigid3 Moved(const Rigid3& cam_from_world, const PoseVector& step) {
   return Rigid3(RotationOf(step.tail<3>()), step.head<3>()) * cam_from_world;
 }
 
+// The derivative by the step of what depends on a point p in the camera frame.
+inline Eigen::Matrix<double, 2, 6> DerivativeByPose(const Eigen::Matrix<double, 2, 3>& by_p,
+                                                    const Eigen::Vector3d& p) {
+  Eigen::Matrix<double, 2, 6> by_pose;
+  by_pose.leftCols<3>() = by_p;
+  by_pose.col(3) = p.y() * by_p.col(2) - p.z() * by_p.col(1);
+  by_pose.col(4) = p.z() * by_p.col(0) - p.x() * by_p.col(2);
+  by_pose.col(5) = p.x() * by_p.col(1) - p.y() * by_p.col(0);
+  return by_pose;
+}
+
 // The step of a small motion.
 inline PoseVector StepOf(const Rigid3& motion) {
   const Eigen::AngleAxisd turn(Eigen::Quaterniond(motion.rotation));
