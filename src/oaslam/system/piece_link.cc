@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "oaslam/estimation/similarity_fit.h"
+#include "oaslam/tracking/image_pose.h"
 
 namespace oaslam {
 namespace {
