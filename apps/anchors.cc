@@ -55,9 +55,9 @@ void SetRay(const Map& map, const std::string& at, const std::string& whole,
 // On an object, content faces the camera that saw it last.
 void SetObject(const Map& map, const std::string& id, const std::string& whole,
                AnchorRequest& request) {
-  request.object = ParseId(id, whole);
+  request.object = ObjectId(ParseId(id, whole));
   request.direction = Eigen::Vector3d::UnitZ();
-  const Object* object = map.objects.Find(ObjectId(*request.object));
+  const Object* object = map.objects.Find(*request.object);
   if (!object || object->observations.empty()) return;  // PlaceAnchor refuses the request then
   if (const auto pose = map.ResolvePose(object->observations.back().reference))
     request.origin = pose->OriginInSource();
@@ -76,13 +76,13 @@ void Place(const std::string& text, Map& map) {
     SetRay(map, at, text, request);
   else
     throw InputError(fmt::format("{} is not of the form {}", text, kPlaceForm));
-  if (const AnchorReport report = PlaceAnchor(map, request, map.anchors); report.name.empty())
+  if (const AnchorReport report = PlaceAnchor(map, request, map.anchors); !report.IsDone())
     throw InputError(fmt::format("{}: {}", text, report.why_not));
 }
 
 void Change(const std::string& whole, const std::string& name, const AnchorEdit& edit, Map& map) {
-  if (const std::string problem = EditAnchor(map, name, edit, map.anchors); !problem.empty())
-    throw InputError(fmt::format("{}: {}", whole, problem));
+  if (const AnchorReport report = EditAnchor(map, name, edit, map.anchors); !report.IsDone())
+    throw InputError(fmt::format("{}: {}", whole, report.why_not));
 }
 
 void Edit(const AnchorsOptions& options, Map& map) {
@@ -108,7 +108,7 @@ void Print(const Map& map) {
     const Eigen::Vector3d& x = a.world_from_anchor.translation;
     fmt::print("{:<16} {:<12} {:>8.3f}  {:<26} {}\n", a.name, a.model, a.size,
                fmt::format("{:.4f} {:.4f} {:.4f}", x.x(), x.y(), x.z()),
-               a.object ? fmt::format("object {}", *a.object) : "points");
+               a.object ? fmt::format("object {}", a.object->value) : "points");
   }
   fmt::print("lengths in {}\n", map.is_metric ? "m" : "units of the map");
 }

@@ -213,7 +213,7 @@ std::optional<FrameInput> FrameInputs::Next() {
   return frame;
 }
 
-void FrameInputs::ReportSensors(const Gyroscope& gyroscope) const {
+void FrameInputs::ReportSensors(const GyroscopeCalibration& known) const {
   side_.gravity.WarnIfUnused();
   const std::vector<AngularVelocity>& samples = side_.angular_velocity;
   if (samples.empty()) return;
@@ -225,22 +225,21 @@ void FrameInputs::ReportSensors(const Gyroscope& gyroscope) const {
         samples.front().timestamp, samples.back().timestamp, *first_timestamp_, *last_timestamp_);
     return;
   }
-  const GyroscopeCalibration& known = gyroscope.calibration();
   const Eigen::Vector3d bias = known.bias / kDegree;
-  switch (gyroscope.state()) {
-    case Gyroscope::State::kUnknown:
+  switch (known.state) {
+    case GyroscopeState::kUnknown:
       spdlog::warn(
           "gyroscope: bias and clock not known at the end: the camera hardly turned, or few images "
           "that fit well had samples; {}",
           side_.axes);
       break;
-    case Gyroscope::State::kRefused:
+    case GyroscopeState::kRefused:
       spdlog::warn(
           "gyroscope: refused at the end, most images contradict it: its axes, its unit (rad/s) or "
           "its clock (within {} s of the images') are wrong; {}",
           Gyroscope::kMostOffset, side_.axes);
       break;
-    case Gyroscope::State::kCalibrated:
+    case GyroscopeState::kCalibrated:
       spdlog::info(
           "gyroscope: bias {:.3f} {:.3f} {:.3f} (sigma {:.3f}) deg/s, clock ahead by {:.1f} (sigma "
           "{:.1f}) ms; {}",

@@ -114,7 +114,7 @@ class FrameInputs {
   }
   // Call it once all images are read. Warns where no sample of a sensor was near any image, and
   // says what is known of the gyroscope (--imu), which was given its samples.
-  void ReportSensors(const Gyroscope& gyroscope) const;
+  void ReportSensors(const GyroscopeCalibration& known) const;
   DetectorPace pace() const {
     if (background_) return {background_->images(), background_->busy_ms()};
     if (!pool_) return {};

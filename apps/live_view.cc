@@ -4,10 +4,11 @@
 #include <spdlog/spdlog.h>
 
 #include <chrono>
+#include <utility>
 
 #include "common.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
-#include "oaslam/system/slam_access.h"
+#include "oaslam/localization/snapshot_content.h"
 #include "optional_values.h"
 
 namespace oaslam::apps {
@@ -58,7 +59,7 @@ LiveView::LiveView(const ViewerSettings& settings, const std::string& title, con
                         .accepts_commands = true,
                         .accepts_anchors = true,
                         .models = std::move(models),
-                        .names = SlamAccess::NamesOf(slam),
+                        .names = slam.Snapshot().CategoryNames(),
                         .align_groundtruth = {}};
   if (!groundtruth.empty())
     options.align_groundtruth = [groundtruth](const std::vector<StampedPose>& trajectory) {
@@ -103,26 +104,26 @@ void LiveView::CarryOut(const ViewerCommand& command, Slam& slam,
       break;
     case Kind::kPlaceAnchor: {
       const AnchorReport report = slam.PlaceAnchor(command.place);
-      Tell(slam, report.name, report.why_not);
+      Tell(slam, report.name, report);
       break;
     }
     case Kind::kEditAnchor:
       Tell(slam, command.anchor, slam.EditAnchor(command.anchor, command.edit));
       break;
     case Kind::kRemoveAnchor:
-      Tell(slam, command.anchor,
-           slam.RemoveAnchor(command.anchor) ? "" : "there is none of this name");
+      Tell(slam, command.anchor, slam.RemoveAnchor(command.anchor));
       break;
   }
 }
 
 // Shows the result of a request for an anchor, also while the run is paused.
-void LiveView::Tell(const Slam& slam, const std::string& anchor, const std::string& problem) {
-  if (problem.empty())
-    viewer_->UpdateMap(SlamAccess::View(slam).map);
+void LiveView::Tell(const Slam& slam, const std::string& anchor, const AnchorReport& report) {
+  if (report.IsDone())
+    viewer_->UpdateMap(MapOf(slam.Snapshot()));
   else
-    viewer_->ShowEvent(frame_, "anchor",
-                       anchor.empty() ? problem : fmt::format("{}: {}", anchor, problem));
+    viewer_->ShowEvent(
+        frame_, "anchor",
+        anchor.empty() ? report.why_not : fmt::format("{}: {}", anchor, report.why_not));
 }
 
 double LiveView::Obey(Slam& slam, const std::function<void()>& reset) {
@@ -144,11 +145,11 @@ void LiveView::Show(const Slam& slam, const FrameInput& frame, const TrackingRes
                     int dropped) {
   if (!viewer_) return;
   frame_ = result.frame;
-  viewer_->Show({.result = result,
-                 .view = SlamAccess::View(slam),
-                 .image = frame.input.image,
-                 .image_path = frame.path,
-                 .image_orientation = frame.orientation});
+  FrameRecord record = RecordOf(slam, result);
+  record.image = frame.input.image;
+  record.image_path = frame.path;
+  record.image_orientation = frame.orientation;
+  viewer_->Show(std::move(record));
   status_.dropped = dropped;
 }
 

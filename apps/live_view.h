@@ -48,7 +48,7 @@ class LiveView {
 
  private:
   void ShowStatus();
-  void Tell(const Slam& slam, const std::string& anchor, const std::string& problem);
+  void Tell(const Slam& slam, const std::string& anchor, const AnchorReport& report);
   void CarryOut(const ViewerCommand& command, Slam& slam, const std::function<void()>& reset);
 
   ViewerSettings settings_;

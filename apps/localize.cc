@@ -23,10 +23,10 @@
 #include "oaslam/exports/map_results.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
-#include "oaslam/image_localizer.h"
 #include "oaslam/images/focal_metadata.h"
+#include "oaslam/map_localizer.h"
+#include "oaslam/slam.h"
 #include "oaslam/storage/map_file.h"
-#include "oaslam/system/slam_access.h"
 #include "oaslam/trajectory_file.h"
 #include "recording.h"
 #include "timed_detections.h"
@@ -119,7 +119,7 @@ class LocalizeResults {
     nlohmann::ordered_json objects = nlohmann::ordered_json::array();
     for (const ObjectPresence& p : presence_) {
       const std::string category = NameOf(saved.class_names, p.category_id);
-      objects.push_back({{"id", p.id},
+      objects.push_back({{"id", p.id.value},
                          {"category_id", p.category_id},
                          {"category", category},
                          {"expected", p.expected},
@@ -129,7 +129,7 @@ class LocalizeResults {
         spdlog::warn(
             "object {} ({}): moved or gone, seen in its place in {} of {} images that should show "
             "it",
-            p.id, category, p.seen, p.expected);
+            p.id.value, category, p.seen, p.expected);
     }
     WriteTextFile(folder_ + "/presence.json", JsonText(objects, 1) + "\n");
   }
@@ -146,8 +146,7 @@ class LocalizeResults {
 };
 
 bool IsFollowed(const TrackingResult& t) {
-  return t.state == TrackingState::kOdometry ||
-         (t.state == TrackingState::kObjects && t.objects == 0);
+  return t.state == TrackingState::kOdometry || t.source == PoseSource::kRegistration;
 }
 
 // Converts a tracking result.
@@ -155,19 +154,24 @@ RelocalizationResult FromTracking(const TrackingResult& t) {
   RelocalizationResult r;
   r.ms_features = t.ms_features;
   r.ms = t.ms_track;
-  r.inlier_points = t.inliers;
+  r.inlier_points = t.inliers.value_or(0);
   r.matched_objects = t.objects;
-  if (!t.world_from_cam) return r;
+  r.world = t.world;
+  r.world_from_cam = t.PoseIn(t.world);
+  if (!r.world_from_cam) return r;
   r.evidence = t.state == TrackingState::kObjects ? PoseEvidence::kObjects : PoseEvidence::kPoints;
-  r.world_from_cam = t.world_from_cam;
   r.confidence = t.confidence;
-  r.candidates.push_back({*t.world_from_cam, static_cast<double>(t.inliers)});
+  r.candidates.push_back({*r.world_from_cam, static_cast<double>(r.inlier_points)});
   return r;
 }
 
 // The class relations of a class file replace those of the map.
 void UseClassFile(const CommonOptions& options, Slam& slam) {
   if (!options.classes.empty()) slam.SetClassRelations(LoadClasses(options).relations);
+}
+
+MapSnapshot MapOfOptions(const LocalizeOptions& options) {
+  return MapSnapshot::Load(options.map, options.piece);
 }
 
 // Makes the camera lost, so that the first image is relocalized.
@@ -188,30 +192,34 @@ class OtherImages {
       : options_(options), config_(config) {}
 
   RelocalizationResult Find(const FrameInput& frame, RelocalizationMode mode) {
-    // Loads the map again, since few folders hold such images.
-    if (!localizer_) localizer_.emplace(options_.map, config_, options_.piece);
-    const RelocalizationResult found = localizer_->LocalizeWithUnknownCamera(frame.input, mode);
+    const RelocalizationResult found = localizer().Relocalize(frame.input, {.mode = mode});
     return found.world_from_cam ? found : ByMetadata(frame, mode).value_or(found);
   }
   // By the focal length in the image's metadata; nothing where it has none, or that does not help.
   std::optional<RelocalizationResult> ByMetadata(const FrameInput& frame, RelocalizationMode mode) {
     const auto mm = frame.path.empty() ? std::nullopt : FocalLength35mm(frame.path);
     if (!mm) return std::nullopt;
-    if (!localizer_) localizer_.emplace(options_.map, config_, options_.piece);
     const cv::Size size = frame.input.image.size();
     Camera camera{.width = size.width, .height = size.height};
     camera.fx = camera.fy = *mm * std::hypot(size.width, size.height) / kFrameDiagonal35mm;
     camera.cx = 0.5 * (size.width - 1), camera.cy = 0.5 * (size.height - 1);
-    RelocalizationResult found = localizer_->Localize(frame.input, camera, mode);
+    RelocalizationResult found =
+        localizer().Relocalize(frame.input, {.mode = mode, .camera = camera});
     if (!found.world_from_cam) return std::nullopt;
     found.camera = camera;
     return found;
   }
 
  private:
+  const MapLocalizer& localizer() {
+    if (!localizer_) localizer_.emplace(MapOfOptions(options_), config_);
+    return *localizer_;
+  }
+
   const LocalizeOptions& options_;
   const SlamConfig& config_;
-  std::optional<ImageLocalizer> localizer_;  // once it is needed
+  // Once it is needed: it loads the map again, since few folders hold such images.
+  std::optional<MapLocalizer> localizer_;
 };
 
 FrameInputs::Sources SourcesOf(const LocalizeOptions& options, const std::optional<Camera>& known) {
@@ -243,8 +251,9 @@ std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const cv::Ma
   for (int i = 0; i < kMaxImages && found < kEnough; ++i) {
     const std::optional<FrameInput> frame = inputs.Next();
     if (!frame) break;
-    RelocalizationResult r = slam.RelocalizeWithUnknownCamera(
-        frame->input, RelocalizationModeOf(options.relocalization));
+    RelocalizationResult r = slam.Relocalize(
+        frame->input,
+        {.mode = RelocalizationModeOf(options.relocalization), .unknown_camera = true});
     if (!r.camera) continue;
     ++found;
     if (!best.camera || r.inlier_points > best.inlier_points) best = std::move(r);
@@ -296,8 +305,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
       if (frame->input.image.size() != cv::Size(camera.width, camera.height)) {
         result = others.Find(*frame, mode);
       } else if (options.every_frame) {
-        result = is_auto ? slam.RelocalizeWithUnknownCamera(frame->input, mode)
-                         : slam.Relocalize(frame->input, mode);
+        result = slam.Relocalize(frame->input, {.mode = mode, .unknown_camera = is_auto});
         if (is_auto && !result.world_from_cam)
           result = others.ByMetadata(*frame, mode).value_or(result);
         recording.Add(*frame, result);
@@ -313,7 +321,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
     }
   });
   progress.Finish();
-  inputs.ReportSensors(SlamAccess::GyroscopeOf(slam));
+  inputs.ReportSensors(slam.Gyroscope());
   results.SetPresence(slam.Presence());
   failures.Add(recording.Finish());
   failures.Throw();
@@ -346,11 +354,12 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
   for (const TimedDetections& image : images) {
     if (Interrupted()) break;
     if (MustForget(options, done)) BeginInMap(options, slam);
-    const std::optional<Eigen::Vector3d> gravity_in_cam = gravity.At(image.timestamp);
     const RelocalizationResult result =
-        options.every_frame
-            ? slam.RelocalizeByObjects(image.detections, gravity_in_cam)
-            : slam.FollowByObjects(image.timestamp, image.detections, gravity_in_cam);
+        slam.Relocalize({.image = {},
+                         .timestamp = image.timestamp,
+                         .detections = image.detections,
+                         .gravity_in_cam = gravity.At(image.timestamp)},
+                        {.mode = RelocalizationMode::kObjects, .follow = !options.every_frame});
     results.Add(image.index, image.timestamp, result);
     progress.Update(++done, ToString(result.evidence));
   }

@@ -109,7 +109,7 @@ void RunOdometry(const OdometryCommandOptions& given) {
   failures.Try([&] { TrackAll(inputs, odometry, options.common.quiet, report, tracked); });
   failures.Try([&] { SaveTrajectory(options.out, tracked.trajectory); });
   failures.Try([&] { report.Finish(); });
-  inputs.ReportSensors(odometry.gyroscope());
+  inputs.ReportSensors(odometry.gyroscope().calibration());
   failures.Throw();
   spdlog::info("{}{} of {} images with a pose, {:.1f} ms an image -> {}",
                Interrupted() ? "interrupted: " : "", tracked.trajectory.size(), tracked.images,

@@ -4,7 +4,7 @@
 
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/images/image_files.h"
-#include "oaslam/system/slam_access.h"
+#include "oaslam/localization/snapshot_content.h"
 
 namespace oaslam::apps {
 namespace {
@@ -30,9 +30,9 @@ Recording::Recording(const RecordingSettings& settings, std::shared_ptr<const Mo
 void Recording::Begin(const Slam& slam, const Camera& camera) {
   if (!video_) return;
   camera_ = camera;
-  SavedMap saved = SlamAccess::Export(slam);
-  names_ = std::move(saved.class_names);
-  map_ = std::move(saved.map);
+  const MapSnapshot map = slam.Snapshot();
+  names_ = map.CategoryNames();
+  map_ = *MapOf(map);
 }
 
 void Recording::Add(const FrameInput& frame, ArFrame shown) {
@@ -45,10 +45,10 @@ void Recording::Add(const FrameInput& frame, ArFrame shown) {
 
 void Recording::Add(const Slam& slam, const FrameInput& frame, const TrackingResult& result) {
   if (!video_) return;
-  const FrameView view = SlamAccess::View(slam);
+  const MapSnapshot map = slam.Snapshot();
   ArFrame shown;
-  shown.cam_from_world = InverseOf(result.world_from_cam);
-  shown.map = view.map.get();
+  shown.cam_from_world = InverseOf(result.PoseIn(map.world()));
+  shown.map = MapOf(map).get();
   shown.state = ToString(result.state);
   shown.objects = result.objects;
   shown.confidence = result.confidence;

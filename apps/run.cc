@@ -22,8 +22,9 @@
 #include "metric_scale.h"
 #include "oaslam/bundle/rolling_shutter.h"
 #include "oaslam/images/camera_source.h"
+#include "oaslam/localization/snapshot_content.h"
 #include "oaslam/objects/object_mapper.h"
-#include "oaslam/system/slam_access.h"
+#include "oaslam/slam.h"
 #include "oaslam/util/url.h"
 #include "recording.h"
 #include "recording_choice.h"
@@ -192,10 +193,10 @@ std::string PathToFindAgain(const RunOptions& options) {
 std::optional<Eigen::Vector3d> GravityAt(const Slam& slam, const FrameInput& frame,
                                          const TrackingResult& result) {
   if (frame.input.gravity_in_cam) return frame.input.gravity_in_cam;
-  const std::shared_ptr<const Map> map = SlamAccess::View(slam).map;
-  // What only follows from how the camera was held does not tell how it is held.
-  if (!map || !map->up || map->up_keyframes == 0 || !result.world_from_cam) return std::nullopt;
-  return result.world_from_cam->rotation.conjugate() * -*map->up;
+  const MapSnapshot map = slam.Snapshot();
+  const std::optional<Rigid3> pose = result.PoseIn(map.world());
+  if (!map.is_up_measured() || !pose) return std::nullopt;
+  return pose->rotation.conjugate() * -*map.up();
 }
 
 void SayDetectorPace(const RunOptions& options, const DetectorPace& pace, int images) {
@@ -252,7 +253,7 @@ void Run(const RunOptions& given) {
   if (!options.map_in.empty()) slam.Load(options.map_in);
   UseMask(options.mask, mask, slam, inputs.camera());
   slam.NameRecording(NameOfImages(options.images), ImagesOnDisk(options.images));
-  first_frame = FramesOf(SlamAccess::Export(slam));
+  first_frame = FramesOf(SavedMapOf(slam.WholeMap()));
   set_classes(!options.map_in.empty());
   RunResults results(options.out, config);
   if (options.plain.IsUsed()) results.SetImages(PathToFindAgain(options));
@@ -283,7 +284,8 @@ void Run(const RunOptions& given) {
       AddLateDetections(inputs, slam, results);
       view.Show(slam, *frame, result, dropped);
       recording.Add(slam, *frame, result);
-      std::string state = fmt::format("{}, {} points", ToString(result.state), result.inliers);
+      std::string state = fmt::format("{}", ToString(result.state));
+      if (result.inliers) state += fmt::format(", {} points", *result.inliers);
       if (frame->taken_s) {
         const double age_s = Seconds() - *frame->taken_s;
         results.AddAge(age_s);
@@ -295,17 +297,17 @@ void Run(const RunOptions& given) {
     AddLateDetections(inputs, slam, results);
   });
   failures.Add(recording.Finish());
-  inputs.ReportSensors(SlamAccess::GyroscopeOf(slam));
+  inputs.ReportSensors(slam.Gyroscope());
   results.SetDetectorPace(inputs.pace(), Seconds() - start_s);
   dropped += inputs.dropped();
   progress.Finish();
   SayDetectorPace(options, inputs.pace(), done);
-  const int main_piece = slam.MainPiece();
+  const WorldId world = slam.Snapshot().world();
   // Saves the map and what belongs to it. May be called twice: it changes only copies.
-  const auto save = [&](SavedMap saved, int piece, const std::optional<CameraEstimate>& estimate,
-                        Failures& failed) {
+  const auto save = [&](SavedMap saved, WorldId world_now,
+                        const std::optional<CameraEstimate>& estimate, Failures& failed) {
     RunResults written = results;
-    written.SetMainPiece(piece);
+    written.SetWorld(world_now);
     written.SetCamera(estimate ? estimate->camera : inputs.camera(), estimate);
     // Earlier frames belong to the map that the run began with.
     std::vector<StampedPose> trajectory = WorldPoses(saved.map, saved.trajectory, first_frame);
@@ -323,23 +325,24 @@ void Run(const RunOptions& given) {
     });
     return std::pair(std::move(saved), tracked);
   };
-  const SavedMap unfinished = SlamAccess::Export(slam);
+  const SavedMap unfinished = SavedMapOf(slam.WholeMap());
   SavedMap finished;
   std::optional<CameraEstimate> estimate = first_estimate;
   auto finishing = std::async(std::launch::async, [&] {
     failures.Try([&] { slam.Finish(); });
-    finished = SlamAccess::Export(slam);
+    finished = SavedMapOf(slam.WholeMap());
     failures.Try([&] { estimate = RefineWholeMap(options, config, first_estimate, finished); });
   });
   // This only improves the map, and may take longer than who ends the run will wait.
   if (!IsReadyUnlessInterrupted(finishing)) {
     Failures early;
-    save(unfinished, main_piece, first_estimate, early);
+    save(unfinished, world, first_estimate, early);
     if (!early.Any()) SavedOnSignal();
   }
   finishing.get();
   const bool interrupted = Interrupted();
-  const auto [saved, tracked] = save(std::move(finished), slam.MainPiece(), estimate, failures);
+  const auto [saved, tracked] =
+      save(std::move(finished), slam.Snapshot().world(), estimate, failures);
   if (dropped > 0) spdlog::warn("{} images came too late and were dropped", dropped);
   failures.Throw();
   if (!options.common.quiet)

@@ -15,7 +15,6 @@
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/geometry/degree.h"
-#include "oaslam/system/slam_access.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam::apps {
@@ -83,6 +82,9 @@ int FirstFrameOfLast(const SavedMap& saved) {
   return saved.recordings.empty() ? 0 : saved.recordings.back().first_frame;
 }
 
+// Empty where nothing was counted.
+std::string TextOf(const std::optional<int>& count) { return count ? std::to_string(*count) : ""; }
+
 }  // namespace
 
 RunResults::RunResults(const std::string& folder, const SlamConfig& config)
@@ -93,16 +95,17 @@ void RunResults::WriteFrames(const std::vector<StampedPose>& trajectory) const {
       "frame,timestamp,state,keypoints,matched,inliers,detections,objects,ms_total,ms_features,"
       "ms_track,ms_objects,cpu_ms,filled,depth,piece,confidence,sigma_position,sigma_rotation_"
       "deg,uncertain\n";
+  std::map<WorldId, size_t> pieces;  // in the order in which they came
   for (const auto& [index, r] : frames_) {
-    const bool filled = !r.world_from_cam && std::ranges::binary_search(trajectory, r.timestamp, {},
-                                                                        &StampedPose::timestamp);
+    const bool filled = !r.HasPose() && std::ranges::binary_search(trajectory, r.timestamp, {},
+                                                                   &StampedPose::timestamp);
     csv += fmt::format(
         "{},{:.6f},{},{},{},{},{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},{:d},{:.6g},{},{:.3f},{:."
         "4g},{:.4g},{:d}\n",
-        index, r.timestamp, ToString(r.state), r.keypoints, r.matched, r.inliers, r.detections,
-        r.objects, r.ms_total, r.ms_features, r.ms_track, r.ms_objects, r.cpu_ms, filled, r.depth,
-        r.piece, r.confidence, SigmaOfPosition(r.covariance),
-        SigmaOfRotation(r.covariance) / kDegree, r.is_uncertain);
+        index, r.timestamp, ToString(r.state), r.keypoints, TextOf(r.matched), TextOf(r.inliers),
+        r.detections, r.objects, r.ms_total, r.ms_features, r.ms_track, r.ms_objects, r.cpu_ms,
+        filled, r.depth, pieces.try_emplace(r.world, pieces.size()).first->second, r.confidence,
+        SigmaOfPosition(r.covariance), SigmaOfRotation(r.covariance) / kDegree, r.is_uncertain);
   }
   WriteTextFile(folder_ + "/frames.csv", csv);
 }
@@ -113,8 +116,8 @@ std::string RunResults::Uncertain() const {
   std::vector<std::pair<double, double>> passages;
   size_t count = 0, poses = 0;
   for (const auto& [index, r] : frames_) {
-    poses += r.world_from_cam.has_value();
-    if (!r.world_from_cam || !r.is_uncertain) continue;
+    poses += r.HasPose();
+    if (!r.HasPose() || !r.is_uncertain) continue;
     ++count;
     if (passages.empty() || r.timestamp - passages.back().second > kGap)
       passages.emplace_back(r.timestamp, r.timestamp);
@@ -148,7 +151,7 @@ void RunResults::Detected(int frame, int detections, std::optional<int> objects)
 
 void RunResults::Scale(double factor) {
   for (auto& [index, r] : frames_)
-    if (r.world_from_cam && r.piece == main_piece_) ScaleLengths(factor, r);
+    if (r.world == world_) r.ScaleLengths(factor);
 }
 
 // Each piece has its own frame and unit.
@@ -167,8 +170,7 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   std::vector<double> ms;
   for (const auto& [index, r] : frames_) {
     // Poses in the frame of another piece are left out.
-    if (r.world_from_cam && r.piece == main_piece_)
-      live.push_back({r.timestamp, *r.world_from_cam});
+    if (const std::optional<Rigid3> pose = r.PoseIn(world_)) live.push_back({r.timestamp, *pose});
     ms.push_back(r.ms_total);
   }
   Failures failures;
@@ -196,7 +198,7 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   for (size_t i = 0; i < pieces.size(); ++i)
     summary["pieces"].push_back(PieceSummary(saved.pieces[i].map, pieces[i]));
   summary["uncertain"] = std::ranges::count_if(frames_, [](const auto& entry) {
-    return entry.second.world_from_cam && entry.second.is_uncertain;
+    return entry.second.HasPose() && entry.second.is_uncertain;
   });
   summary["unit"] = saved.map.is_metric ? "metre" : "arbitrary";
   summary["loops"] = saved.map.loops_closed;

@@ -36,8 +36,8 @@ class RunResults {
     camera_ = camera;
     estimate_ = estimate;
   }
-  // Slam::MainPiece at the end of the run.
-  void SetMainPiece(int piece) { main_piece_ = piece; }
+  // The map's world at the end of the run.
+  void SetWorld(WorldId world) { world_ = world; }
   // Converts live poses to a new unit: one old unit is `factor` new ones.
   void Scale(double factor);
   // How many images have a pose that was uncertain when it was given, and in which seconds; empty:
@@ -58,7 +58,7 @@ class RunResults {
   SlamConfig config_;
   Camera camera_;
   std::optional<CameraEstimate> estimate_;
-  int main_piece_ = 0;
+  WorldId world_;
   std::string images_;
   DetectorPace pace_;
   double detector_wall_s_ = 0;

@@ -141,10 +141,8 @@ std::string CarryOut(const ViewerCommand& command, const Map& map, Anchors& anch
   using Kind = ViewerCommand::Kind;
   if (command.kind == Kind::kPlaceAnchor) return PlaceAnchor(map, command.place, anchors).why_not;
   if (command.kind == Kind::kEditAnchor)
-    return EditAnchor(map, command.anchor, command.edit, anchors);
-  return anchors.erase(command.anchor) > 0
-             ? ""
-             : fmt::format("there is no anchor \"{}\"", command.anchor);
+    return EditAnchor(map, command.anchor, command.edit, anchors).why_not;
+  return RemoveAnchor(command.anchor, anchors).why_not;
 }
 
 // Carries out commands of viewers until it is stopped; commands that come

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <opencv2/core.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -61,9 +62,17 @@ class SlamWithMap : public testing::Test {
     input.detections_follow = false;
     return input;
   }
+  // Another place: its mirror image.
+  static ImageInput Mirrored(size_t i) {
+    ImageInput input = WithoutDetections(i);
+    input.image = cv::Mat();  // whose pixels are the clip's
+    cv::flip(clip().images[i].image, input.image, 1);
+    return input;
+  }
   static Slam MakeSlam() { return Slam(SlamConfig{}, clip().camera); }
 
   inline static const ClassRelations kRelations{{{76, 66}}, {15}};
+  inline static const RelocalizeOptions kByPoints{.mode = RelocalizationMode::kPoints};
 
  private:
   struct Shared {
@@ -88,12 +97,12 @@ inline std::vector<Eigen::Vector3d> PlacesOf(const MapSnapshot& map) {
 }
 
 inline void ExpectSameMap(const MapSnapshot& a, const MapSnapshot& b) {
-  const auto keyframes = a.Keyframes(), others = b.Keyframes();
+  const auto keyframes = a.Keyframes().ToVector(), others = b.Keyframes().ToVector();
   ASSERT_EQ(keyframes.size(), others.size());
   for (size_t i = 0; i < keyframes.size(); ++i)
     EXPECT_EQ(keyframes[i].world_from_cam.translation, others[i].world_from_cam.translation);
   EXPECT_EQ(PlacesOf(a), PlacesOf(b));
-  const auto objects = a.Objects(), other_objects = b.Objects();
+  const auto objects = a.Objects().ToVector(), other_objects = b.Objects().ToVector();
   ASSERT_EQ(objects.size(), other_objects.size());
   for (size_t i = 0; i < objects.size(); ++i)
     EXPECT_EQ(objects[i].ellipsoid.center, other_objects[i].ellipsoid.center);

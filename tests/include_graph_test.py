@@ -98,6 +98,22 @@ def foreign_libraries(cmake):
     return {(room, library) for room in STANDALONE for library in links[room] - STANDALONE_LIBRARIES if library.removeprefix("oaslam_") not in STANDALONE}
 
 
+# The viewer shows key points and boxes that Slam hands it in a wrapper (Slam::View).
+OPENED_BY = {"oaslam/system/slam_view.h": "viewer/map_viewer.cc"}
+FRIENDS = {("public/slam_state.h", "Slam")}  # which makes SlamStates
+
+
+def back_doors(files):
+    """What the programs of this repository would reach Slam by, and an application could not: headers of its room, friends, classes named for it."""
+    found = [f"{path} includes {include}" for path, text in files.items() if not path.startswith(("system/", "tests/"))
+             for _, include in includes_of(text) if include.startswith("oaslam/system/") and OPENED_BY.get(include) != path]
+    for path, text in files.items():
+        if path.startswith("public/"):
+            found += [f"{path}: friend {name}" for name in re.findall(r"friend (?:class |struct )?(\w+)", text) if (path, name) not in FRIENDS]
+        found += [f"{path}: {name}" for name in re.findall(r"(?:class|struct) (\w+Access)\b", text)]
+    return found
+
+
 def undefined_types(files):
     """Types that the public headers name but do not define: an application could not use them."""
     named, defined = set(), set()
@@ -134,6 +150,17 @@ def test_libraries_in_rooms_that_stand_alone_are_found():
     public = {"public/image.h": '#include "oaslam/size.h"\n', "public/size.h": "#include <opencv2/core.hpp>\n"}
     assert foreign_includes({"util/a.h": '#include "oaslam/image.h"\n', **public}) == ["public/size.h includes opencv2/core.hpp"]
     assert foreign_libraries(CMAKE.replace("oaslam_room(features LINK", "oaslam_room(features LINK opencv_core")) == {("features", "opencv_core")}
+
+
+def test_what_is_built_on_slam_needs_no_back_door():
+    assert back_doors({**FILES, **files_under(ROOT / "apps", "apps/"), **files_under(ROOT / "examples", "examples/")}) == []
+
+
+def test_back_doors_are_found():
+    assert back_doors({"apps/run.cc": '#include "oaslam/system/slam_impl.h"\n'}) == ["apps/run.cc includes oaslam/system/slam_impl.h"]
+    assert back_doors({"viewer/a.cc": '#include "oaslam/system/slam_view.h"\n'}) and not back_doors({"system/a.cc": '#include "oaslam/system/atlas.h"\n'})
+    assert back_doors({"public/slam.h": "  friend class MapFile;\n"}) == ["public/slam.h: friend MapFile"]
+    assert back_doors({"storage/a.h": "struct SlamAccess {\n};\n"}) == ["storage/a.h: SlamAccess"]
 
 
 def test_types_of_one_name_are_found():

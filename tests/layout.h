@@ -17,9 +17,9 @@ static constexpr size_t kSizesAndAlignments[2 * sizeof...(Types)] = {sizeof(Type
 static constexpr auto& kLayout =
     kSizesAndAlignments<Rigid3, Ellipsoid, StampedPose, AnchorPose, AnchorRequest, AnchorEdit,
                         ImageInput, TrackingResult, RelocalizationResult,
-                        RelocalizationResult::Candidate, TrackedPoint, MapSnapshot::Keyframe,
-                        MapSnapshot::Landmark, MapSnapshot::Observation, MapSnapshot::Object,
-                        SlamState>;
+                        RelocalizationResult::Candidate, RelocalizeOptions, TrackedPoint,
+                        GyroscopeCalibration, MapSnapshot::Keyframe, MapSnapshot::Landmark,
+                        MapSnapshot::Observation, MapSnapshot::Object, SlamState>;
 
 // kLayout of a translation unit that is compiled for the widest vectors.
 const size_t* LayoutWithWideVectors();

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <future>
+#include <map>
+#include <set>
 #include <thread>
 
 #include "desk_clip.h"
@@ -19,14 +21,10 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-// Pixels between where a point is seen and where it is expected, for a camera without distortion.
+// Pixels between where a point is seen and where it is expected.
 double Error(const Camera& camera, const Rigid3& world_from_cam, const Eigen::Vector3d& position,
              const Eigen::Vector2d& pixel) {
-  const Eigen::Vector3d p = world_from_cam.Inverse() * position;
-  return (Eigen::Vector2d(camera.fx * p.x() / p.z() + camera.cx,
-                          camera.fy * p.y() / p.z() + camera.cy) -
-          pixel)
-      .norm();
+  return (camera.Project(world_from_cam.Inverse() * position).value() - pixel).norm();
 }
 
 double Median(std::vector<double> values) {
@@ -37,7 +35,7 @@ double Median(std::vector<double> values) {
 TEST_F(SlamWithMap, GivesTheMapAndWhatIsTrackedAsData) {
   Slam slam = MakeSlam();
   EXPECT_THAT(slam.TrackedPoints(), IsEmpty());
-  EXPECT_EQ(MapSnapshot().keyframe_count() + slam.Snapshot().landmark_count(), 0U);
+  EXPECT_EQ(MapSnapshot().Keyframes().size() + slam.Snapshot().Landmarks().size(), 0U);
   slam.Load(Path());
   TrackingResult tracked;
   for (size_t i = 30; i < 33; ++i) tracked = slam.Process(WithDetections(i));
@@ -48,42 +46,46 @@ TEST_F(SlamWithMap, GivesTheMapAndWhatIsTrackedAsData) {
   std::vector<double> errors;
   for (const TrackedPoint& point : points)
     if (point.landmark)
-      errors.push_back(Error(clip().camera, *tracked.world_from_cam, point.position, point.pixel) /
-                       point.sigma_px);
+      errors.push_back(
+          Error(clip().camera, *tracked.PoseIn(tracked.world), point.position, point.pixel) /
+          point.sigma_px);
   EXPECT_EQ(static_cast<int>(errors.size()), tracked.inliers);
   EXPECT_LT(Median(errors), 2);
 
   const MapSnapshot map = slam.Snapshot();
   EXPECT_EQ(map.Cameras().front(), clip().camera);
-  const auto keyframes = map.Keyframes();
-  ASSERT_EQ(keyframes.size(), map.keyframe_count());
+  const auto keyframes = map.Keyframes().ToVector();
+  ASSERT_EQ(keyframes.size(), map.Keyframes().size());
   EXPECT_EQ(keyframes.front().frame, std::nullopt);  // of the file
-  const auto landmarks = map.Landmarks();
-  ASSERT_EQ(landmarks.size(), map.landmark_count());
+  EXPECT_EQ(map.Landmarks().ToVector().size(), map.Landmarks().size());
+  const auto descriptors = map.Descriptors(keyframes.back().id);
   errors.clear();
-  for (const MapSnapshot::Observation& o : map.ObservationsInKeyframe(keyframes.back().id)) {
-    const auto landmark =
-        std::ranges::lower_bound(landmarks, o.landmark, {}, &MapSnapshot::Landmark::id);
-    ASSERT_EQ(landmark->id, o.landmark);
+  for (const MapSnapshot::Observation& o : map.Observations(keyframes.back().id)) {
+    const auto landmark = map.Find(o.landmark);
+    ASSERT_TRUE(landmark);
+    EXPECT_LT(static_cast<size_t>(o.keypoint), descriptors.size());
     errors.push_back(
         Error(clip().camera, keyframes.back().world_from_cam, landmark->position, o.pixel) /
         o.sigma_px);
-    const auto seen_in = map.ObservationsOfLandmark(o.landmark);
+    const auto seen_in = map.Observations(o.landmark);
     EXPECT_THAT(seen_in, SizeIs(static_cast<size_t>(landmark->observations)));
     EXPECT_EQ(std::ranges::count(seen_in, o.keyframe, &MapSnapshot::Observation::keyframe), 1);
   }
   EXPECT_LT(Median(errors), 2);
-  EXPECT_THAT(map.ObservationsInKeyframe(1 << 30), IsEmpty());
-  EXPECT_THAT(map.ObservationsOfLandmark(1 << 30), IsEmpty());
+  EXPECT_THAT(map.Observations(KeyframeId(1 << 30)), IsEmpty());
+  EXPECT_THAT(map.Observations(LandmarkId(1 << 30)), IsEmpty());
+  EXPECT_THAT(map.Descriptors({}), IsEmpty());
+  EXPECT_FALSE(map.Find(KeyframeId(1 << 30)) || map.Find(LandmarkId()) || map.Find(ObjectId(77)));
   ASSERT_FALSE(map.Objects().empty());
   for (const MapSnapshot::Object& object : map.Objects()) {
     EXPECT_EQ(object.name, fmt::format("class {}", object.category_id));  // its names are others
     EXPECT_GT(object.covariance.diagonal().minCoeff(), 0);
+    EXPECT_EQ(map.Find(object.id)->ellipsoid.center, object.ellipsoid.center);
   }
   EXPECT_FALSE(map.is_metric());
   // A snapshot is of its moment.
   slam.Reset();
-  EXPECT_THAT(map.Keyframes(), SizeIs(keyframes.size()));
+  EXPECT_EQ(map.Keyframes().size(), keyframes.size());
 }
 
 TEST_F(SlamWithMap, GoesOnInMetres) {
@@ -107,14 +109,15 @@ TEST_F(SlamWithMap, GoesOnInMetres) {
     const TrackingResult expected = plain.Process(WithDetections(i)),
                          result = metric.Process(WithDetections(i));
     ASSERT_EQ(result.state, TrackingState::kTracking) << i;
-    EXPECT_LT((result.world_from_cam->translation - kMetres * expected.world_from_cam->translation)
+    EXPECT_LT((result.PoseIn(result.world)->translation -
+               kMetres * expected.PoseIn(expected.world)->translation)
                   .norm(),
               0.03 * kMetres * expected.depth)
         << i;
   }
   metric.Finish();
-  EXPECT_NEAR(metric.Snapshot().Objects().front().ellipsoid.half_axes.norm(),
-              kMetres * plain.Snapshot().Objects().front().ellipsoid.half_axes.norm(),
+  EXPECT_NEAR(metric.Snapshot().Objects().begin()->ellipsoid.half_axes.norm(),
+              kMetres * plain.Snapshot().Objects().begin()->ellipsoid.half_axes.norm(),
               0.3 * kMetres);
   metric.Save(Path("metric.map"));
   Slam again = MakeSlam();
@@ -123,35 +126,34 @@ TEST_F(SlamWithMap, GoesOnInMetres) {
 }
 
 TEST_F(SlamWithMap, ImagesAreFoundByManyThreadsAndNearAPriorPose) {
-  const auto mode = RelocalizationMode::kPointsAndObjects;
   Slam slam = MakeSlam();
   slam.Load(Path());
-  const RelocalizationResult expected = slam.Relocalize(WithDetections(30), mode);
+  const RelocalizationResult expected = slam.Relocalize(WithDetections(30));
   ASSERT_TRUE(expected.world_from_cam);
   EXPECT_EQ(expected.candidates_are_by, PoseEvidence::kObjects);
-  const ImageLocalizer localizer(Path());
-  EXPECT_EQ(localizer.Snapshot().landmark_count(), slam.Snapshot().landmark_count());
+  const MapLocalizer localizer(Path());
+  EXPECT_EQ(localizer.map().Landmarks().size(), slam.Snapshot().Landmarks().size());
   std::vector<std::future<RelocalizationResult>> answers;
   for (int i = 0; i < 4; ++i)
-    answers.push_back(std::async(std::launch::async, [localizer, mode] {
-      return localizer.Localize(WithDetections(30), clip().camera, mode);
+    answers.push_back(std::async(std::launch::async, [localizer] {
+      return localizer.Relocalize(WithDetections(30), {.camera = clip().camera});
     }));
   for (auto& answer : answers)
     EXPECT_EQ(answer.get().world_from_cam->translation, expected.world_from_cam->translation);
-  EXPECT_THAT(InputErrorOf([&] { ImageLocalizer(Path("nothing.map")); }), HasSubstr("nothing.map"));
+  EXPECT_THAT(InputErrorOf([&] { MapLocalizer(Path("nothing.map")); }), HasSubstr("nothing.map"));
 
   // About a prior pose one place is looked at; a wrong one costs nothing but time.
   Rigid3 prior = *expected.world_from_cam;
   prior.translation += Eigen::Vector3d(0.02, 0, 0);
-  const RelocalizationResult near = slam.Relocalize(WithoutDetections(30), mode, prior);
+  const RelocalizationResult near = slam.Relocalize(WithoutDetections(30), {.prior = prior});
   ASSERT_TRUE(near.world_from_cam);
   EXPECT_THAT(near.candidates, SizeIs(1));
   EXPECT_LT((near.world_from_cam->translation - expected.world_from_cam->translation).norm(), 0.02);
   prior.translation += Eigen::Vector3d(50, 0, 0);
-  EXPECT_EQ(slam.Relocalize(WithDetections(30), mode, prior).world_from_cam->translation,
+  EXPECT_EQ(slam.Relocalize(WithDetections(30), {.prior = prior}).world_from_cam->translation,
             expected.world_from_cam->translation);
   prior.translation.x() = std::nan("");
-  EXPECT_THAT(InputErrorOf([&] { slam.Relocalize(WithDetections(30), mode, prior); }),
+  EXPECT_THAT(InputErrorOf([&] { slam.Relocalize(WithDetections(30), {.prior = prior}); }),
               HasSubstr("pose"));
   slam.ForceRelocalization(expected.world_from_cam);
   EXPECT_EQ(slam.Process(WithoutDetections(31)).state, TrackingState::kRelocalized);
@@ -169,7 +171,7 @@ TEST_F(SlamWithMap, OtherThreadsGetTheNewestState) {
     EXPECT_FALSE(states.HasEnded());
     const auto first = states.Newest();
     EXPECT_EQ(first->result.frame, -1);
-    EXPECT_EQ(first->map.keyframe_count(), 0U);
+    EXPECT_EQ(first->map.Keyframes().size(), 0U);
     EXPECT_EQ(states.WaitForNext(first, std::chrono::milliseconds(1)), nullptr);
     reader = std::jthread([states, &frames] {
       auto last = states.Newest();
@@ -182,14 +184,14 @@ TEST_F(SlamWithMap, OtherThreadsGetTheNewestState) {
     // Also in another map.
     slam.Load(Path());
     EXPECT_EQ(states.Newest()->result.frame, -1);
-    EXPECT_EQ(states.Newest()->map.keyframe_count(), slam.Snapshot().keyframe_count());
+    EXPECT_EQ(states.Newest()->map.Keyframes().size(), slam.Snapshot().Keyframes().size());
     slam.Process(WithDetections(30));
     EXPECT_EQ(states.Newest()->result.state, TrackingState::kRelocalized);
-    EXPECT_EQ(states.Newest()->map.keyframe_count(), slam.Snapshot().keyframe_count());
+    EXPECT_EQ(states.Newest()->map.Keyframes().size(), slam.Snapshot().Keyframes().size());
     slam.Reset();
-    EXPECT_EQ(states.Newest()->map.keyframe_count(), 0U);
+    EXPECT_EQ(states.Newest()->map.Keyframes().size(), 0U);
     slam.Process(WithDetections(31));
-    EXPECT_EQ(states.Newest()->map.keyframe_count(), 0U);
+    EXPECT_EQ(states.Newest()->map.Keyframes().size(), 0U);
   }
   reader.join();
   EXPECT_FALSE(frames.empty());
@@ -210,7 +212,7 @@ TEST_F(SlamWithMap, StatesShowWhatNoImageHasChanged) {
   expect_news("start");
   for (size_t i = 0; i < 70; ++i) slam.Process(WithDetections(i));
   expect_news("Process");
-  const auto keyframes = slam.Snapshot().Keyframes();
+  const auto keyframes = slam.Snapshot().Keyframes().ToVector();
   EXPECT_EQ(keyframes.back().timestamp,
             WithDetections(static_cast<size_t>(keyframes.back().frame.value())).timestamp);
   const auto before = states.Newest();
@@ -218,9 +220,10 @@ TEST_F(SlamWithMap, StatesShowWhatNoImageHasChanged) {
   expect_news("SetMetresPerUnit");
   EXPECT_TRUE(states.Newest()->map.is_metric());
   EXPECT_EQ(states.Newest()->result.frame, 69);
-  EXPECT_LT((states.Newest()->result.world_from_cam->translation -
-             3 * before->result.world_from_cam->translation)
-                .norm(),
+  const auto pose_of = [](const SlamState& state) {
+    return state.result.PoseIn(state.map.world()).value();
+  };
+  EXPECT_LT((pose_of(*states.Newest()).translation - 3 * pose_of(*before).translation).norm(),
             0.03 * 3 * before->result.depth);
   EXPECT_EQ(states.Newest()->result.depth, 3 * before->result.depth);
   slam.PlaceAnchor({.name = "flag", .model = "flag", .pose = Rigid3()});
@@ -240,7 +243,7 @@ TEST_F(SlamWithMap, StatesShowWhatNoImageHasChanged) {
   version = states.Newest()->map.version();
   slam.Finish();
   expect_news("Finish");
-  EXPECT_EQ(states.Newest()->result.world_from_cam->translation,
+  EXPECT_EQ(pose_of(*states.Newest()).translation,
             slam.Trajectory().back().world_from_cam.translation);
   slam.Load(Path());
   expect_news("Load");
@@ -256,7 +259,7 @@ TEST_F(SlamWithMap, StatesShowDetectionsThatCameLater) {
     ImageInput input = WithoutDetections(i);
     input.detections_follow = true;
     const TrackingResult result = slam.Process(input);
-    ASSERT_TRUE(result.world_from_cam);
+    ASSERT_TRUE(result.HasPose());
     EXPECT_EQ(states.Newest()->result.detections, 0);
     const auto boxes = WithDetections(i).detections;
     const std::optional<int> objects = slam.AddDetections(result.frame, boxes);
@@ -277,9 +280,9 @@ TEST_F(SlamWithMap, MetresNeedAMapAndKeepIt) {
   // Such a small map would be given up otherwise.
   const TrackingResult lost = slam.Process(
       {.image = cv::Mat::zeros(480, 640, CV_8UC1), .timestamp = WithDetections(i + 1).timestamp});
-  EXPECT_FALSE(lost.world_from_cam);
+  EXPECT_FALSE(lost.HasPose());
   EXPECT_TRUE(slam.Snapshot().is_metric());
-  EXPECT_GE(slam.Snapshot().keyframe_count(), 2U);
+  EXPECT_GE(slam.Snapshot().Keyframes().size(), 2U);
 }
 
 TEST_F(SlamWithMap, BoxesOfAnImageThatIsTrackedMayBeFollowedToo) {
@@ -287,9 +290,89 @@ TEST_F(SlamWithMap, BoxesOfAnImageThatIsTrackedMayBeFollowedToo) {
   slam.Load(Path());
   for (size_t i = 30; i < 32; ++i) {
     const ImageInput input = WithDetections(i);
-    slam.FollowByObjects(input.timestamp, input.detections);
+    slam.Relocalize({.image = {}, .timestamp = input.timestamp, .detections = input.detections},
+                    {.follow = true});
     EXPECT_EQ(slam.Process(input).frame, static_cast<int>(i) - 30);
   }
+}
+
+// An application with content in coordinates of its own, which knows nothing of pieces of map: it
+// asks for the pose in the world in which it made the content.
+TEST_F(SlamWithMap, ANaiveApplicationDrawsNothingWrong) {
+  Slam slam = MakeSlam();
+  for (size_t i = 0; i < 40; ++i) slam.Process(WithoutDetections(i));
+  const MapSnapshot map = slam.Snapshot();
+  const Eigen::Vector3d content = map.Landmarks().begin()->position;
+  const WorldId world = map.world();
+  const auto draw = [&](const TrackingResult& result) -> std::optional<Eigen::Vector2d> {
+    const auto pose = result.PoseIn(world);
+    return pose ? clip().camera.Project(pose->Inverse() * content) : std::nullopt;
+  };
+  EXPECT_TRUE(draw(slam.Process(WithoutDetections(40))));
+  // Elsewhere, where another map is made, which becomes the larger one.
+  int tracked = 0;
+  for (size_t i = 41; i < 150; ++i) {
+    const TrackingResult result = slam.Process(Mirrored(i));
+    EXPECT_FALSE(draw(result)) << i;
+    EXPECT_EQ(result.world, slam.Snapshot().world());
+    tracked += result.HasPose();
+  }
+  EXPECT_GT(tracked, 10);
+  EXPECT_NE(slam.Snapshot().world(), world);
+  EXPECT_EQ(slam.States().Newest()->result.world, slam.Snapshot().world());
+}
+
+TEST_F(SlamWithMap, WhatChangesTheFrameOrTheUnitBeginsAWorld) {
+  Slam slam = MakeSlam();
+  std::set<WorldId> worlds{slam.Snapshot().world()};
+  const auto is_new = [&] { return worlds.insert(slam.Snapshot().world()).second; };
+  for (size_t i = 0; i < 40; ++i) slam.Process(WithoutDetections(i));
+  EXPECT_FALSE(is_new());
+  slam.SetMetresPerUnit(2);
+  EXPECT_TRUE(is_new());
+  EXPECT_EQ(slam.States().Newest()->result.world, slam.Snapshot().world());
+  slam.Reset();
+  EXPECT_TRUE(is_new());
+  slam.Load(Path());
+  EXPECT_TRUE(is_new());
+  slam.Load(Path());
+  EXPECT_TRUE(is_new());
+  // What is in memory already stays what it is.
+  const MapLocalizer localizer(Path());
+  slam.Load(localizer.map());
+  EXPECT_TRUE(is_new());
+  EXPECT_EQ(localizer.Relocalize(WithDetections(30), {.camera = clip().camera}).world,
+            slam.Relocalize(WithDetections(30)).world);
+  EXPECT_EQ(slam.Process(WithDetections(30)).world, localizer.map().world());
+}
+
+// Numbers of landmarks are of those that were looked for in the image.
+TEST_F(SlamWithMap, AnImageCarriedByTheMotionHasNoInliers) {
+  Slam slam = MakeSlam();
+  std::map<PoseSource, int> sources;
+  for (size_t i = 0; i < 140; ++i) {
+    const TrackingResult result = slam.Process(WithoutDetections(i));
+    if (result.state != TrackingState::kTracking) continue;
+    ++sources[result.source];
+    EXPECT_EQ(result.source == PoseSource::kMap, result.inliers.has_value());
+    EXPECT_EQ(result.keypoints > 0, result.inliers.has_value());
+    EXPECT_GT(result.inliers.value_or(1), 0);
+  }
+  EXPECT_GT(sources[PoseSource::kMap], 40);
+  EXPECT_GT(sources[PoseSource::kMotion], 10);
+}
+
+TEST_F(SlamWithMap, TheMapAsDataIsThatOfTheFile) {
+  const MapSnapshot map = MapSnapshot::Load(Path());
+  Slam slam = MakeSlam();
+  slam.Load(Path());
+  ExpectSameMap(map, slam.Snapshot());
+  EXPECT_GT(map.Trajectory().size(), map.Keyframes().size());
+  map.Save(Path("copy.map"));
+  ExpectSameMap(map, MapSnapshot::Load(Path("copy.map")));
+  EXPECT_EQ(map.Trajectory().size(), MapSnapshot::Load(Path("copy.map")).Trajectory().size());
+  EXPECT_NE(map.world(), MapSnapshot::Load(Path()).world());
+  EXPECT_EQ(map.CategoryNames().at(1), "mine");
 }
 
 // The cells of the table in slam.h that slam_test.cc does not look at: orders of calls.

@@ -11,9 +11,9 @@
 #include "desk_clip.h"
 #include "expect_input_error.h"
 #include "oaslam/camera_estimation.h"
-#include "oaslam/image_localizer.h"
+#include "oaslam/localization/snapshot_content.h"
+#include "oaslam/map_localizer.h"
 #include "oaslam/storage/map_file.h"
-#include "oaslam/system/slam_access.h"
 
 namespace oaslam {
 namespace {
@@ -44,18 +44,18 @@ TEST(Slam, AMapIsUsedAgainWithALateDetectorAndItsAnchors) {
   first.Finish();
   const MapSnapshot map = first.Snapshot();
   ASSERT_FALSE(map.Objects().empty());
-  const MapSnapshot::Object object = map.Objects().front();
+  const MapSnapshot::Object object = *map.Objects().begin();
 
   AnchorRequest request;
   request.model = "flag";
   request.object = object.id;
-  request.origin = map.Keyframes().back().world_from_cam.translation;
+  request.origin = map.Keyframes().ToVector().back().world_from_cam.translation;
   request.direction = object.ellipsoid.center - request.origin;
   ASSERT_EQ(first.PlaceAnchor(request).name, "flag 1");
-  request.object = 99999;
+  request.object = ObjectId(99999);
   EXPECT_THAT(first.PlaceAnchor(request).why_not, HasSubstr("no object 99999"));
-  EXPECT_THAT(first.EditAnchor("flag 1", {.name = "sign", .size = {}, .turn_rad = 0.1}), IsEmpty());
-  EXPECT_THAT(first.EditAnchor("flag 1", {}), HasSubstr("no anchor"));
+  EXPECT_EQ(first.EditAnchor("flag 1", {.name = "sign", .turn_rad = 0.1}).name, "sign");
+  EXPECT_THAT(first.EditAnchor("flag 1", {}).why_not, HasSubstr("no anchor"));
   ASSERT_THAT(first.Anchors(), SizeIs(1));
   const AnchorPose placed = first.Anchors().front();
   EXPECT_LT((placed.world_from_anchor.translation - object.ellipsoid.center).norm(),
@@ -72,13 +72,12 @@ TEST(Slam, AMapIsUsedAgainWithALateDetectorAndItsAnchors) {
             1e-12);
   EXPECT_GT(Follow(Clip(200, 260), second), 60);  // each image shows several
   // The anchor moves with the object, whose ellipsoid is refined meanwhile.
-  const auto objects = second.Snapshot().Objects();
-  const auto now = std::ranges::find(objects, object.id, &MapSnapshot::Object::id);
-  ASSERT_NE(now, objects.end());
+  const auto now = second.Snapshot().Find(object.id);
+  ASSERT_TRUE(now);
   EXPECT_LT((second.Anchors().front().world_from_anchor.translation - now->ellipsoid.center).norm(),
             1.2 * object.ellipsoid.half_axes.maxCoeff());
-  EXPECT_TRUE(second.RemoveAnchor("sign"));
-  EXPECT_FALSE(second.RemoveAnchor("sign"));
+  EXPECT_TRUE(second.RemoveAnchor("sign").IsDone());
+  EXPECT_FALSE(second.RemoveAnchor("sign").IsDone());
   EXPECT_THAT(second.Anchors(), IsEmpty());
 }
 
@@ -88,19 +87,19 @@ TEST_F(SlamWithMap, ResetForgetsTheMapAndKeepsTheSettings) {
   slam.SetClassRelations(kRelations);
   slam.SetRelocalizationMode(RelocalizationMode::kObjects);
   for (size_t i = 0; i < 40; ++i) slam.Process(WithDetections(i));
-  ASSERT_GT(slam.Snapshot().keyframe_count(), 0U);
+  ASSERT_GT(slam.Snapshot().Keyframes().size(), 0U);
   slam.Reset();
-  EXPECT_EQ(slam.Snapshot().keyframe_count(), 0U);
+  EXPECT_EQ(slam.Snapshot().Keyframes().size(), 0U);
   EXPECT_THAT(slam.Trajectory(), IsEmpty());
-  EXPECT_EQ(SlamAccess::Export(slam).class_names, (ClassNames{{1, "mine"}}));
-  EXPECT_EQ(SlamAccess::Export(slam).map.classes, kRelations);
+  EXPECT_EQ(slam.Snapshot().CategoryNames(), (ClassNames{{1, "mine"}}));
+  EXPECT_EQ(MapOf(slam.Snapshot())->classes, kRelations);
   // Time stamps and frame numbers begin anew, and the map is that of a new Slam.
   Slam fresh = MakeSlam();
   fresh.SetClassRelations(kRelations);
   for (size_t i = 0; i < 40; ++i) {
     const TrackingResult result = slam.Process(WithDetections(i));
     EXPECT_EQ(result.frame, static_cast<int>(i));
-    EXPECT_EQ(result.piece, 0);
+    EXPECT_EQ(result.world, slam.Snapshot().world());
     EXPECT_EQ(result.state, fresh.Process(WithDetections(i)).state);
   }
   slam.Finish();
@@ -122,7 +121,7 @@ TEST_F(SlamWithMap, ResetKeepsMappingOff) {
     EXPECT_EQ(slam.Process(WithDetections(i)).state, TrackingState::kInitializing);
   slam.SetMapping(true);
   for (size_t i = 40; i < 90; ++i) slam.Process(WithDetections(i));
-  EXPECT_GT(slam.Snapshot().keyframe_count(), 0U);
+  EXPECT_GT(slam.Snapshot().Keyframes().size(), 0U);
 }
 
 TEST_F(SlamWithMap, ASecondMapTakesThePlaceOfTheFirst) {
@@ -144,8 +143,8 @@ TEST_F(SlamWithMap, ASecondMapTakesThePlaceOfTheFirst) {
   EXPECT_EQ(result.frame, 0);
   EXPECT_EQ(result.state, TrackingState::kRelocalized);
   EXPECT_EQ(slam.Trajectory().size(), 1U);
-  EXPECT_EQ(SlamAccess::Export(slam).class_names, (ClassNames{{1, "mine"}}));
-  EXPECT_EQ(SlamAccess::Export(slam).map.classes, kRelations);
+  EXPECT_EQ(slam.Snapshot().CategoryNames(), (ClassNames{{1, "mine"}}));
+  EXPECT_EQ(MapOf(slam.Snapshot())->classes, kRelations);
 }
 
 // Two files may contain maps of the same version.
@@ -155,9 +154,7 @@ TEST_F(SlamWithMap, ImagesAreLookedForInTheMapOfNow) {
   empty.map.version = desk.map.version;
   SaveMap(Path("empty.map"), empty);
   Slam slam = MakeSlam();
-  const auto find = [&] {
-    return slam.Relocalize(WithoutDetections(30), RelocalizationMode::kPoints).evidence;
-  };
+  const auto find = [&] { return slam.Relocalize(WithoutDetections(30), kByPoints).evidence; };
   slam.Load(Path("empty.map"));
   EXPECT_EQ(find(), PoseEvidence::kNone);
   slam.Load(Path());
@@ -188,17 +185,10 @@ TEST_F(SlamWithMap, WithoutMappingAMapStaysAsItIs) {
   EXPECT_NE(PlacesOf(maps.Snapshot()), PlacesOf(before));
 }
 
-// The mirror image of a desk is another place.
 TEST_F(SlamWithMap, SavesThePieceThatIsBeingMade) {
-  const auto mirrored = [](size_t i) {
-    ImageInput input = WithoutDetections(i);
-    input.image = cv::Mat();  // whose pixels are the clip's
-    cv::flip(clip().images[i].image, input.image, 1);
-    return input;
-  };
   Slam slam = MakeSlam();
   slam.Load(Path());
-  for (size_t i = 30; i < 120; ++i) EXPECT_FALSE(slam.Process(mirrored(i)).world_from_cam) << i;
+  for (size_t i = 30; i < 120; ++i) EXPECT_FALSE(slam.Process(Mirrored(i)).HasPose()) << i;
   slam.Save(Path("growing.map"));
   const SavedMap saved = LoadMap(Path("growing.map"));
   ASSERT_THAT(saved.pieces, SizeIs(1));
@@ -206,10 +196,9 @@ TEST_F(SlamWithMap, SavesThePieceThatIsBeingMade) {
 
   Slam again = MakeSlam();
   again.Load(Path("growing.map"), 1);
-  EXPECT_EQ(again.Snapshot().keyframe_count(), saved.pieces[0].map.keyframes.size());
-  EXPECT_TRUE(again.Relocalize(mirrored(105), RelocalizationMode::kPoints).world_from_cam);
-  EXPECT_FALSE(
-      again.Relocalize(WithoutDetections(105), RelocalizationMode::kPoints).world_from_cam);
+  EXPECT_EQ(again.Snapshot().Keyframes().size(), saved.pieces[0].map.keyframes.size());
+  EXPECT_TRUE(again.Relocalize(Mirrored(105), kByPoints).world_from_cam);
+  EXPECT_FALSE(again.Relocalize(WithoutDetections(105), kByPoints).world_from_cam);
 }
 
 TEST_F(SlamWithMap, RefusesCamerasThatCannotBe) {
@@ -237,15 +226,15 @@ TEST_F(SlamWithMap, RefusesModesThatAreNone) {
   constexpr auto kNone = static_cast<RelocalizationMode>(7);
   Slam slam = MakeSlam();
   slam.Load(Path());
-  const ImageLocalizer localizer(Path());
+  const MapLocalizer localizer(Path());
   const ImageInput input = WithDetections(30);
   const Camera& camera = clip().camera;
   for (const std::string& error :
-       {InputErrorOf([&] { slam.Relocalize(input, kNone); }),
-        InputErrorOf([&] { slam.RelocalizeWithUnknownCamera(input, kNone); }),
+       {InputErrorOf([&] { slam.Relocalize(input, {.mode = kNone}); }),
+        InputErrorOf([&] { slam.Relocalize(input, {.mode = kNone, .unknown_camera = true}); }),
         InputErrorOf([&] { slam.SetRelocalizationMode(kNone); }),
-        InputErrorOf([&] { localizer.Localize(input, camera, kNone); }),
-        InputErrorOf([&] { localizer.LocalizeWithUnknownCamera(input, kNone); })})
+        InputErrorOf([&] { localizer.Relocalize(input, {.mode = kNone, .camera = camera}); }),
+        InputErrorOf([&] { localizer.Relocalize(input, {.mode = kNone}); })})
     EXPECT_THAT(error, HasSubstr("mode 7"));
 }
 
@@ -256,28 +245,35 @@ TEST_F(SlamWithMap, RefusesTimesAndGravityThatAreNotFinite) {
   input.timestamp = std::nan("");
   EXPECT_THAT(InputErrorOf([&] { slam.Process(input); }), HasSubstr("time stamp"));
   const Eigen::Vector3d gravity(0, std::nan(""), 1);
-  EXPECT_THAT(InputErrorOf([&] { slam.RelocalizeByObjects({}, gravity); }), HasSubstr("gravity"));
-  EXPECT_THAT(InputErrorOf([&] { slam.FollowByObjects(1, {}, gravity); }), HasSubstr("gravity"));
-  EXPECT_THAT(InputErrorOf([&] { slam.FollowByObjects(std::nan(""), {}); }),
+  EXPECT_THAT(InputErrorOf([&] { slam.Relocalize(input, {.follow = true}); }),
               HasSubstr("time stamp"));
+  input.gravity_in_cam = gravity;
+  for (const bool follow : {true, false})
+    EXPECT_THAT(InputErrorOf([&] { slam.Relocalize(input, {.follow = follow}); }),
+                HasSubstr("gravity"));
 }
 
 TEST_F(SlamWithMap, FollowsByObjectsWhatItWasToldAndForgetsItWhenAsked) {
   Slam slam = MakeSlam();
   slam.Load(Path());
   const ImageInput first = WithDetections(30), second = WithDetections(31);
-  const RelocalizationResult alone = slam.RelocalizeByObjects(second.detections);
-  slam.FollowByObjects(1, first.detections);
-  const RelocalizationResult followed = slam.FollowByObjects(1.03, second.detections);
-  EXPECT_NE(followed.object_score, alone.object_score);
+  const auto find = [&](double time, const ImageInput& boxes, bool follow) {
+    return slam.Relocalize({.image = {}, .timestamp = time, .detections = boxes.detections},
+                           {.follow = follow});
+  };
+  const RelocalizationResult alone = find(0, second, false);
+  find(1, first, true);
+  EXPECT_NE(find(1.03, second, true).object_score, alone.object_score);
   // An image that is refused changes nothing.
-  EXPECT_THAT(InputErrorOf([&] { slam.FollowByObjects(1.03, first.detections); }),
+  EXPECT_THAT(InputErrorOf([&] { find(1.03, first, true); }),
               HasSubstr("not after the one before"));
   slam.ForceRelocalization();
-  EXPECT_EQ(slam.FollowByObjects(1.06, second.detections).object_score, alone.object_score);
-  slam.FollowByObjects(1.09, first.detections);
+  EXPECT_EQ(find(1.06, second, true).object_score, alone.object_score);
+  find(1.09, first, true);
   slam.Load(Path());
-  EXPECT_EQ(slam.FollowByObjects(1, second.detections).object_score, alone.object_score);
+  EXPECT_EQ(find(1, second, true).object_score, alone.object_score);
+  EXPECT_THAT(InputErrorOf([&] { slam.Relocalize(first, {.follow = true}); }),
+              HasSubstr("only boxes are followed"));
 }
 
 TEST_F(SlamWithMap, TellsWhatHasGone) {
@@ -294,7 +290,7 @@ TEST_F(SlamWithMap, TellsWhatHasGone) {
   EXPECT_TRUE(std::ranges::none_of(presence, &ObjectPresence::is_missing));
   EXPECT_TRUE(std::ranges::is_sorted(presence, {}, &ObjectPresence::id));
 
-  const uint32_t gone = best->id;
+  const ObjectId gone = best->id;
   const int category = best->category_id;
   // Counts of the map before do not count.
   slam.Load(Path());
@@ -311,9 +307,10 @@ TEST_F(SlamWithMap, TellsWhatHasGone) {
 TEST_F(SlamWithMap, SaysWhyAnImageIsNotFound) {
   Slam slam = MakeSlam();
   slam.Load(Path());
-  EXPECT_THAT(slam.RelocalizeByObjects({}).why_not, HasSubstr("detections"));
-  EXPECT_THAT(slam.Relocalize(WithoutDetections(30), RelocalizationMode::kObjects).why_not,
-              HasSubstr("detections"));
+  EXPECT_THAT(slam.Relocalize({}).why_not, HasSubstr("detections"));
+  EXPECT_THAT(
+      slam.Relocalize(WithoutDetections(30), {.mode = RelocalizationMode::kObjects}).why_not,
+      HasSubstr("detections"));
 }
 
 }  // namespace

@@ -10,13 +10,12 @@
 
 namespace {
 
-// Pixel of a point, for a camera without distortion; nothing for a point behind it.
+// Pixel of a point; nothing for a point behind the camera.
 std::optional<cv::Point> Project(const oaslam::Camera& camera, const oaslam::Rigid3& world_from_cam,
                                  const Eigen::Vector3d& point) {
-  const Eigen::Vector3d p = world_from_cam.Inverse() * point;
-  if (p.z() <= 0) return std::nullopt;
-  return cv::Point(cvRound(camera.fx * p.x() / p.z() + camera.cx),
-                   cvRound(camera.fy * p.y() / p.z() + camera.cy));
+  const auto pixel = camera.Project(world_from_cam.Inverse() * point);
+  if (!pixel) return std::nullopt;
+  return cv::Point(cvRound(pixel->x()), cvRound(pixel->y()));
 }
 
 void Draw(const oaslam::AnchorPose& anchor, const oaslam::Camera& camera,
@@ -48,19 +47,19 @@ int main(int argc, char** argv) {
       if (image->image.empty()) continue;
       if (!slam) {
         camera = oaslam::LoadCamera(argv[2], image->image.size());
-        slam.emplace(oaslam::SlamConfig{}, camera);
+        slam.emplace(oaslam::SlamConfig::Offline(), camera);
       }
       const oaslam::TrackingResult result =
           slam->Process({.image = image->image, .timestamp = image->timestamp});
       if (result.state != oaslam::TrackingState::kTracking) continue;
-      const oaslam::Rigid3& pose = *result.world_from_cam;
+      const oaslam::Rigid3 pose = result.PoseIn(result.world).value();
       if (slam->Anchors().empty()) {  // where the ray of the image's middle meets the map
         const oaslam::AnchorReport placed =
             slam->PlaceAnchor({.name = "here",
                                .model = "axes",
                                .origin = pose.translation,
                                .direction = pose.rotation * Eigen::Vector3d::UnitZ()});
-        if (placed.name.empty()) std::fprintf(stderr, "not yet: %s\n", placed.why_not.c_str());
+        if (!placed.IsDone()) std::fprintf(stderr, "not yet: %s\n", placed.why_not.c_str());
       }
       picture = image->image.clone();
       for (const oaslam::AnchorPose& anchor : slam->Anchors()) {

@@ -24,8 +24,8 @@ void Show(const oaslam::SlamStates& states, const std::stop_token& stop) {
     if (!state) continue;
     shown = state;
     std::printf("%d %s: %zu keyframes, %zu landmarks, %zu objects\n", state->result.frame,
-                oaslam::ToString(state->result.state), state->map.keyframe_count(),
-                state->map.landmark_count(), state->map.Objects().size());
+                oaslam::ToString(state->result.state), state->map.Keyframes().size(),
+                state->map.Landmarks().size(), state->map.Objects().size());
   }
 }
 
@@ -62,9 +62,7 @@ int main(int argc, char** argv) {
     const auto images = oaslam::OpenImages(argv[1], {.color_if_free = true});
     std::optional<oaslam::InputImage> image = images->Next();
     if (!image) return std::fprintf(stderr, "live_camera: no image\n"), 1;
-    oaslam::SlamConfig config;
-    config.runner.mode = oaslam::RunnerMode::kLive;
-    oaslam::Slam slam(config, oaslam::LoadCamera(argv[2], image->image.size()));
+    oaslam::Slam slam(oaslam::SlamConfig::Live(), oaslam::LoadCamera(argv[2], image->image.size()));
     const std::unique_ptr<oaslam::Detector> detector = DetectorIfHere();
     oaslam::BackgroundDetector boxes([&](const cv::Mat& i) {
       return detector ? detector->Detect(i) : std::vector<oaslam::Detection>{};
@@ -88,13 +86,13 @@ int main(int argc, char** argv) {
       boxes.Offer(result.frame, image->image);
       for (const auto& late : boxes.Take()) slam.AddDetections(late.frame, late.detections);
       viewer.Show(slam, input, result);
-      if (result.world_from_cam) picture = Picture(image->image, slam.TrackedPoints());
+      if (result.HasPose()) picture = Picture(image->image, slam.TrackedPoints());
     }
     slam.Finish();
     viewer.ShowMap(slam);
     if (picture.empty()) return std::fprintf(stderr, "live_camera: nothing was tracked\n"), 1;
     cv::imwrite(argv[3], picture);
-    std::printf("%zu keyframes in the end\n", slam.Snapshot().keyframe_count());
+    std::printf("%zu keyframes in the end\n", slam.Snapshot().Keyframes().size());
   } catch (const oaslam::InputError& error) {
     return std::fprintf(stderr, "live_camera: %s\n", error.what()), 1;
   }

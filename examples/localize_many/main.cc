@@ -8,19 +8,15 @@
 
 #include "oaslam/oaslam.h"
 
-using Mode = oaslam::RelocalizationMode;
-
 int main(int argc, char** argv) {
   if (argc < 3) return std::fprintf(stderr, "usage: localize_many MAP SOURCE [CAMERA]\n"), 2;
   try {
-    const oaslam::ImageLocalizer localizer(argv[1]);
+    const oaslam::MapLocalizer localizer(argv[1]);
     const auto images = oaslam::OpenImages(argv[2], {});
     const auto find = [&](oaslam::InputImage image) {
-      const oaslam::ImageInput input{.image = image.image};
-      const auto found =
-          argc > 3 ? localizer.Localize(input, oaslam::LoadCamera(argv[3], image.image.size()),
-                                        Mode::kPointsAndObjects)
-                   : localizer.LocalizeWithUnknownCamera(input, Mode::kPointsAndObjects);
+      oaslam::RelocalizeOptions options;
+      if (argc > 3) options.camera = oaslam::LoadCamera(argv[3], image.image.size());
+      const auto found = localizer.Relocalize({.image = image.image}, options);
       return std::pair(std::move(image.name), found);
     };
     // As many images at a time as there are cores; the answers come in the order of the images.

@@ -33,20 +33,20 @@ int main(int argc, char** argv) try {
   camera.cx = 0.5 * (image.cols - 1);
   camera.cy = 0.5 * (image.rows - 1);
 
-  oaslam::Slam slam(oaslam::SlamConfig{}, camera);
+  oaslam::Slam slam(oaslam::SlamConfig::Offline(), camera);
   const int frames = argc > 3 ? std::atoi(argv[3]) : 1 << 30;
   for (int i = 0; i < frames && !image.empty(); ++i, video.read(image)) {
     const oaslam::TrackingResult result =
         slam.Process({.image = image, .timestamp = i / 30.0, .detections = Detect(image)});
-    if (result.world_from_cam) {
-      const Eigen::Vector3d p = result.world_from_cam->translation;
+    if (const std::optional<oaslam::Rigid3> pose = result.PoseIn(result.world)) {
+      const Eigen::Vector3d p = pose->translation;
       std::printf("%d %s %.3f %.3f %.3f\n", i, oaslam::ToString(result.state), p.x(), p.y(), p.z());
     }
   }
   slam.Finish();
   const oaslam::MapSnapshot map = slam.Snapshot();
-  std::printf("%zu keyframes, %zu landmarks, %zu objects\n", map.keyframe_count(),
-              map.landmark_count(), map.Objects().size());
+  std::printf("%zu keyframes, %zu landmarks, %zu objects\n", map.Keyframes().size(),
+              map.Landmarks().size(), map.Objects().size());
 } catch (const oaslam::InputError& error) {
   return std::fprintf(stderr, "minimal: %s\n", error.what()), 1;
 }

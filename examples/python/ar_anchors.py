@@ -17,9 +17,9 @@ COLORS = [(60, 60, 230), (60, 200, 60), (230, 120, 40)]  # x, y (up), z
 
 
 def project(camera: oaslam.Camera, world_from_cam: Array, point: Array) -> Optional[Tuple[int, int]]:
-    """Pixel of a point, for a camera without distortion; what is behind it is nowhere."""
-    x, y, z = world_from_cam[:3, :3].T @ (point - world_from_cam[:3, 3])
-    return (round(camera.fx * x / z + camera.cx), round(camera.fy * y / z + camera.cy)) if z > 0 else None
+    """Pixel of a point; what is behind the camera is nowhere."""
+    x, y = camera.project(world_from_cam[:3, :3].T @ (point - world_from_cam[:3, 3]))
+    return (round(x), round(y)) if numpy.isfinite(x) else None
 
 
 def draw(anchor: oaslam.AnchorPose, camera: oaslam.Camera, world_from_cam: Array, picture: Image) -> None:
@@ -41,14 +41,14 @@ def main() -> None:
         if slam is None:
             height, width = image.image.shape[:2]
             camera = oaslam.load_camera(sys.argv[2], (width, height))
-            slam = oaslam.Slam(oaslam.SlamConfig(), camera)
+            slam = oaslam.Slam(oaslam.SlamConfig.offline(), camera)
         result = slam.process(image.image, image.timestamp)
-        pose = result.world_from_cam
+        pose = result.pose_in(result.world)
         if pose is None or result.state != oaslam.TrackingState.TRACKING:
             continue
         if not slam.anchors():  # where the ray of the image's middle meets the map
             placed = slam.place_anchor(name="here", model="axes", origin=pose[:3, 3], direction=pose[:3, 2])
-            if not placed.name:
+            if not placed:
                 print(f"not yet: {placed.why_not}", file=sys.stderr)
         picture = image.image.copy()
         for anchor in slam.anchors():

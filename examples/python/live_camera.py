@@ -53,9 +53,7 @@ def main() -> None:
     if first is None or first.image is None:
         sys.exit("live_camera.py: no image")
     height, width = first.image.shape[:2]
-    config = oaslam.SlamConfig()
-    config.runner.mode = oaslam.RunnerMode.LIVE
-    slam = oaslam.Slam(config, oaslam.load_camera(sys.argv[2], (width, height)))
+    slam = oaslam.Slam(oaslam.SlamConfig.live(), oaslam.load_camera(sys.argv[2], (width, height)))
     boxes = oaslam.BackgroundDetector(detect_if_here())
     stop = threading.Event()
     display = threading.Thread(target=show, args=(slam.states(), stop))
@@ -79,7 +77,7 @@ def main() -> None:
             for late in boxes.take():
                 slam.add_detections(late.frame, late.detections)
             viewer.show(slam, image.image, result)
-            if result.world_from_cam is not None:
+            if result.has_pose:
                 picture = picture_of(image.image, slam.tracked_points())
     finally:  # also after Ctrl-C, since a program ends with its last thread
         stop.set()

@@ -14,19 +14,18 @@ import numpy.typing
 import oaslam
 
 Image = numpy.typing.NDArray[numpy.uint8]
-MODE = oaslam.RelocalizationMode.POINTS_AND_OBJECTS
 
 
 def main() -> None:
     if len(sys.argv) < 3:
         sys.exit(__doc__)
-    localizer = oaslam.ImageLocalizer(sys.argv[1])
+    localizer = oaslam.MapLocalizer(sys.argv[1])
 
     def find(image: Image) -> oaslam.RelocalizationResult:
         if len(sys.argv) < 4:
-            return localizer.localize_with_unknown_camera(image, MODE)
+            return localizer.relocalize(image)
         height, width = image.shape[:2]
-        return localizer.localize(image, oaslam.load_camera(sys.argv[3], (width, height)), MODE)
+        return localizer.relocalize(image, camera=oaslam.load_camera(sys.argv[3], (width, height)))
 
     def say(name: str, result: oaslam.RelocalizationResult) -> None:
         pose = result.world_from_cam

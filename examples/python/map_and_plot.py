@@ -24,7 +24,7 @@ for image in oaslam.open_images(video, color=True):
         continue
     if slam is None:
         height, width = image.image.shape[:2]
-        slam = oaslam.Slam(oaslam.SlamConfig(), oaslam.load_camera(camera, (width, height)))
+        slam = oaslam.Slam(oaslam.SlamConfig.offline(), oaslam.load_camera(camera, (width, height)))
     result = slam.process(image.image, image.timestamp, detector.detect(image.image) if image.index % 3 == 0 else [])
     if result.frame % 100 == 0:
         print(f"frame {result.frame}: {result.state}")

@@ -29,13 +29,14 @@ def main() -> None:
     height, width = image.shape[:2]
     focal = float(sys.argv[2])
     camera = oaslam.Camera(width=width, height=height, fx=focal, fy=focal, cx=0.5 * (width - 1), cy=0.5 * (height - 1))
-    slam = oaslam.Slam(oaslam.SlamConfig(), camera)
+    slam = oaslam.Slam(oaslam.SlamConfig.offline(), camera)
     frames = int(sys.argv[3]) if len(sys.argv) > 3 else 1 << 30
     i = 0
     while i < frames and is_read:
         result = slam.process(image, i / 30, detect(image))
-        if result.world_from_cam is not None:
-            x, y, z = result.world_from_cam[:3, 3]
+        pose = result.pose_in(result.world)
+        if pose is not None:
+            x, y, z = pose[:3, 3]
             print(f"{i} {result.state} {x:.3f} {y:.3f} {z:.3f}")
         is_read, image = video.read()
         i += 1

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <optional>
 #include <string>
 
+#include "oaslam/ids.h"
 #include "oaslam/rigid3.h"
 
 namespace oaslam {
@@ -15,7 +15,7 @@ struct AnchorPose {
   std::string name{}, model{};
   double size = 0;           // of the content's longest side, map units
   Rigid3 world_from_anchor;  // content: y up, standing on the origin, front towards +z (glTF)
-  std::optional<uint32_t> object{};  // the object that it stands on
+  std::optional<ObjectId> object{};  // the object that it stands on
 };
 
 // A request to place content where a ray meets the map, e.g. that of a click in an image. The ray
@@ -25,16 +25,19 @@ struct AnchorRequest {
   std::string model{};
   Eigen::Vector3d origin = Eigen::Vector3d::Zero(), direction = Eigen::Vector3d::Zero();
   // On top of this mapped object; without it, on the plane of the landmarks around the ray.
-  std::optional<uint32_t> object{};
+  std::optional<ObjectId> object{};
   double size = 0;  // map units; 0: a size that suits the place
   // Where the content stands, world_from_anchor; the ray and the object are not used then.
   std::optional<Rigid3> pose{};
 };
 
-// The answer to a request.
+// The answer to a request that concerns an anchor.
 struct AnchorReport {
-  std::string name;  // of the new anchor; empty on failure
-  std::string why_not;
+  std::string name{};     // the anchor's, as it is now; empty where nothing was changed
+  std::string why_not{};  // why nothing was changed; empty where it was done
+
+  // Whether the request was carried out.
+  bool IsDone() const { return why_not.empty(); }
 };
 
 // Changes to an anchor.

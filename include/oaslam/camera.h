@@ -1,6 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <string>
 
 #include "oaslam/export.h"
@@ -15,7 +17,9 @@ enum class LensModel {
 };
 OASLAM_API const char* ToString(LensModel model);  // "pinhole" or "fisheye"
 
-// A calibrated camera. Pixel centres are at integer coordinates; distances in pixels.
+// A calibrated camera. In its frame x points to the right of the image, y down and z forward, as in
+// OpenCV and COLMAP. Pixel centres are at integer coordinates: the centre of the upper left pixel
+// is (0, 0), where COLMAP has (0.5, 0.5). Distances in the image are in pixels.
 struct Camera {
   LensModel model = LensModel::kPinhole;
   int width = 0;
@@ -31,6 +35,13 @@ struct Camera {
       if (k != 0) return true;
     return false;
   }
+  // The pixel of a point in the camera's frame, inside of the image or not. Nothing for a point
+  // that is not in front of the camera, or so far aside that the lens model does not tell.
+  OASLAM_API std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& in_cam) const;
+  // The ray of a pixel: the point in the camera's frame that the pixel shows at the depth z = 1.
+  // Nothing where the lens model does not tell.
+  OASLAM_API std::optional<Eigen::Vector3d> Lift(const Eigen::Vector2d& pixel) const;
+
   bool operator==(const Camera&) const = default;
 };
 

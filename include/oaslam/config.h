@@ -162,8 +162,15 @@ struct RunnerConfig {
                                             // results, but in live mode
 };
 
-// All parameters, in sections; docs/configuration.md lists them.
+// All parameters, in sections; docs/configuration.md lists them. Take Live for an application with
+// a camera and Offline for recordings.
 struct SlamConfig {
+  // For an application that shows what a camera sees: it does not wait for mapping.
+  OASLAM_API static SlamConfig Live();
+  // For recordings: mapping keeps up with the images, however fast these come, and the result is
+  // the same on every run. These are the defaults.
+  OASLAM_API static SlamConfig Offline();
+
   FeaturesConfig features;
   TrackingConfig tracking;
   MappingConfig mapping;

@@ -5,14 +5,34 @@
 #include <vector>
 
 #include "oaslam/camera.h"
+#include "oaslam/ids.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/types.h"
 
 namespace oaslam {
 
+// How an image is looked for in a map.
+struct RelocalizeOptions {
+  RelocalizationMode mode = RelocalizationMode::kPointsAndObjects;
+  // The camera's supposed pose, world_from_cam. The image's points are looked for there first, but
+  // the answer must hold without it. RelocalizationMode::kObjects ignores it.
+  std::optional<Rigid3> prior{};
+  // The image's camera, if it is another one than that of the Slam.
+  std::optional<Camera> camera{};
+  // The camera is not known, and found with the pose: those of the map are tried, and a focal
+  // length estimated from the image's points. Needs an image. A MapLocalizer does this wherever no
+  // camera is given.
+  bool unknown_camera = false;
+  // The image belongs to a film: what boxes showed in the last second counts, too. Time stamps must
+  // ascend over these calls. Without an image only, and not by a MapLocalizer, which remembers
+  // nothing.
+  bool follow = false;
+};
+
 // The result of finding one image in the map, independent of others.
 struct RelocalizationResult {
   PoseEvidence evidence = PoseEvidence::kNone;  // the evidence for the pose; kNone: not found
+  WorldId world;                                // of the map
   std::optional<Rigid3> world_from_cam;
   // In [0, 1]: the probability that the best hypothesis is right, accepted or not.
   double confidence = 0;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
@@ -15,6 +14,7 @@
 #include "oaslam/config.h"
 #include "oaslam/error.h"
 #include "oaslam/export.h"
+#include "oaslam/ids.h"
 #include "oaslam/image_input.h"
 #include "oaslam/map_snapshot.h"
 #include "oaslam/relocalization_result.h"
@@ -28,7 +28,7 @@ namespace oaslam {
 
 // How often the images showed a mapped object in its place.
 struct ObjectPresence {
-  uint32_t id = 0;
+  ObjectId id;
   int category_id = 0;
   int expected = 0,
       seen = 0;  // numbers of images that should have shown it in its place, and that did
@@ -40,7 +40,7 @@ struct ObjectPresence {
 struct TrackedPoint {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // in the image as it was given
   double sigma_px = 1;                              // standard deviation of that place
-  std::optional<uint32_t> landmark;                 // its id in the map
+  std::optional<LandmarkId> landmark;               // in the map
   // Position of that landmark, world.
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
 };
@@ -53,7 +53,7 @@ class OASLAM_API MappingError : public std::runtime_error {
 };
 
 // Monocular SLAM with points and objects. Only one thread at a time may use it; other threads read
-// States(). runner.mode says how mapping runs: inside Process (sequential) or on its own thread. A
+// States(). Take SlamConfig::Live() for a camera, SlamConfig::Offline() for recordings. A
 // moved-from Slam may only be destroyed or assigned to.
 //
 // Waiting. In live mode, Process, AddDetections, the functions that only read, and those that find
@@ -106,25 +106,11 @@ class OASLAM_API Slam {
   // these detections find it, tracking continues from there.
   std::optional<int> AddDetections(int frame, const std::vector<Detection>& detections);
 
-  // Finds one image in the map, independent of all others; the map is not changed. `prior`: the
-  // camera's supposed pose, world_from_cam. The image's points are looked for there first, but the
-  // answer must hold without it. RelocalizationMode::kObjects ignores it.
-  RelocalizationResult Relocalize(const ImageInput& input, RelocalizationMode mode,
-                                  const std::optional<Rigid3>& prior = std::nullopt);
-  // The same for an image whose camera is unknown: tries the cameras of the map, and a focal length
-  // estimated from the image's points. Of this Slam's camera only the image size is used.
-  RelocalizationResult RelocalizeWithUnknownCamera(const ImageInput& input,
-                                                   RelocalizationMode mode);
-  // The same by detections only.
-  RelocalizationResult RelocalizeByObjects(
-      const std::vector<Detection>& detections,
-      const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
-  // The same for successive images: the detections of the last second count, too. Time stamps
-  // (seconds) must ascend over the calls of this function. ForceRelocalization forgets the earlier
-  // images.
-  RelocalizationResult FollowByObjects(
-      double timestamp, const std::vector<Detection>& detections,
-      const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
+  // Finds one image in the map, independent of all others; the map is not changed, and tracking
+  // goes on where it was. Without an image it is looked for by its boxes alone. The time stamp is
+  // used with `options.follow` only; ForceRelocalization forgets the images followed. A map that
+  // does not change is read faster, and by many threads at once, by a MapLocalizer.
+  RelocalizationResult Relocalize(const ImageInput& input, const RelocalizeOptions& options = {});
 
   // Which evidence Process uses to find the camera again after tracking was lost.
   void SetRelocalizationMode(RelocalizationMode mode);
@@ -164,10 +150,10 @@ class OASLAM_API Slam {
   void ForceRelocalization(const std::optional<Rigid3>& near = std::nullopt);
 
   // Scales the map to metres: a present unit is so many metres long. All results from then on are
-  // in metres, and tracking continues. Other pieces of map become metric when they are joined with
-  // this one. This piece stays the main one from then on, however small it is, as a loaded one
-  // does. Waits until everything seen is in the map. Throws InputError for a number that is not
-  // finite and above 0, and while there is no map.
+  // in metres, in a new world, and tracking continues. Other pieces of map become metric when they
+  // are joined with this one. This piece stays the main one from then on, however small it is, as a
+  // loaded one does. Waits until everything seen is in the map. Throws InputError for a number that
+  // is not finite and above 0, and while there is no map.
   void SetMetresPerUnit(double metres);
 
   // Virtual content in the map, saved with it. It moves as the map moves: with bundle adjustment,
@@ -176,18 +162,26 @@ class OASLAM_API Slam {
   // The edits of anchors wait until everything seen is in the map, since an earlier snapshot may
   // have another scale. In live mode these are at most eight keyframes.
   AnchorReport PlaceAnchor(const AnchorRequest& request);
-  // Returns why the anchor cannot be changed, or an empty text.
-  std::string EditAnchor(const std::string& name, const AnchorEdit& edit);
-  // Returns false where there is no such anchor.
-  bool RemoveAnchor(const std::string& name);
+  // Refused where there is no anchor of this name, and where an edit cannot be.
+  AnchorReport EditAnchor(const std::string& name, const AnchorEdit& edit);
+  // Refused where there is no anchor of this name.
+  AnchorReport RemoveAnchor(const std::string& name);
 
-  // The map that the last call worked with. Does not wait for mapping.
+  // The map that the last call worked with, without other pieces of map and without trajectory.
+  // Does not wait for mapping.
   MapSnapshot Snapshot() const;
+  // The map as Save writes it: all pieces, and the trajectory so far. Waits as Save does.
+  MapSnapshot WholeMap() const;
 
   // The key points of the newest image, with the landmarks that agree with its pose; where its pose
   // is by the camera's motion alone, the landmarks of the image before, where they must be. Without
   // a pose by points no point has a landmark; without an image it is empty.
   std::vector<TrackedPoint> TrackedPoints() const;
+
+  // What a viewer shows of the newest image; known to the library alone.
+  struct View;
+  // It, for MapViewer.
+  std::shared_ptr<const View> NewestView() const;
 
   // The newest result and map, for other threads; both are replaced after each image and after each
   // call that changes the map.
@@ -198,13 +192,14 @@ class OASLAM_API Slam {
   // joined.
   std::vector<StampedPose> Trajectory() const;
 
+  // What is known of the gyroscope whose samples came with the images.
+  GyroscopeCalibration Gyroscope() const;
+
   // Waits until everything seen is in the map, and optimises it a last time on the caller's thread,
   // which takes seconds for a room and minutes for a building. Process may be called again
-  // afterwards.
+  // afterwards. Where a lost camera began several pieces of map, the largest one is the map from
+  // now on: Snapshot().world() tells, and Trajectory is in it.
   void Finish();
-  // The number (TrackingResult::piece) of the map: after Finish it may differ from
-  // that of the last image.
-  int MainPiece() const;
   // Writes all pieces of the map, and the trajectory so far; calling Finish before makes the map
   // better. Waits until the keyframes made so far are in the map. The file is replaced as a whole,
   // or not at all. Throws InputError where it cannot be written.
@@ -215,13 +210,15 @@ class OASLAM_API Slam {
   // once images link them. The settings stay (SetMapping, SetRelocalizationMode). If it throws,
   // nothing has changed.
   void Load(const std::string& path, int piece = 0);
+  // The same of a map that is in memory, which both share until one changes. The index of a
+  // MapLocalizer's map is shared, too.
+  void Load(const MapSnapshot& map);
 
   // Forgets the map and all images: the next image begins a new map and may have any time stamp.
   // The settings (SetMapping, SetRelocalizationMode), class names and relations stay.
   void Reset();
 
  private:
-  friend class SlamAccess;  // for the programs in this repository
   class Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -2,42 +2,78 @@
 
 #include <optional>
 
+#include "oaslam/export.h"
+#include "oaslam/ids.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/types.h"
 
 namespace oaslam {
 
-// The tracking result of one image. Poses are camera-to-world, OpenCV axes (x right, y down, z
-// forward), in the frame and unit of the map.
+// What a pose rests on. kMap: landmarks were looked for in the image; kMotion: the camera's motion
+// since the map gave its pose, up to some tenths of a second before, or while the state is
+// kOdometry; kObjects: mapped objects in the image; kRegistration: the camera's motion, placed by
+// several images around it that were found by objects or points; kNone: there is no pose.
+enum class PoseSource { kNone, kMap, kMotion, kObjects, kRegistration };
+
+// "none", "map", "motion", "objects", "registration".
+OASLAM_API const char* ToString(PoseSource source);
+
+// The tracking result of one image.
 struct TrackingResult {
   int frame = 0;  // counted from 0 since the start, Load or Reset; -1: no image yet
   double timestamp = 0;
   TrackingState state = TrackingState::kLost;
-  std::optional<Rigid3> world_from_cam;
-  // `matched`: landmarks found; `inliers`: those that agree with the pose.
-  int keypoints = 0, matched = 0, inliers = 0;
-  // `detections`: all of this image; `objects`: mapped objects seen in it.
-  int detections = 0, objects = 0;
-  double confidence = 0;  // probability that the pose is right (RelocalizationResult)
-  // Of the pose, in the frame of the map; 0 without a pose. What a loop will correct is in it only
-  // as far as such errors are usual (docs/lab/uncertainty.md).
+  // The world of the map, in which the pose is. It changes where a lost camera goes on in another
+  // piece of map, which may be joined with the first once that is seen again (not while a map was
+  // loaded, has anchors or is in metres); and by SetMetresPerUnit, Load and Reset. Content in
+  // coordinates of an application's own belongs to the world in which it was made; anchors
+  // (PlaceAnchor) move with their map.
+  WorldId world;
+
+  // world_from_cam: the camera's pose in a world, in map units (OpenCV axes: x right, y down, z
+  // forward). Nothing where the camera was not found, or is in another world than that.
+  std::optional<Rigid3> PoseIn(WorldId asked) const {
+    return asked == world ? world_from_cam_ : std::nullopt;
+  }
+  // Whether the camera has a pose, in whichever world.
+  bool HasPose() const { return world_from_cam_.has_value(); }
+  // Sets or removes the pose, in `world`.
+  void SetPose(const std::optional<Rigid3>& world_from_cam) { world_from_cam_ = world_from_cam; }
+
+  PoseSource source = PoseSource::kNone;
+  // PoseCovariance says its frame and axes. 0 without a pose. What a loop will correct is in it
+  // only as far as such errors are usual (docs/lab/uncertainty.md).
   PoseCovariance covariance = PoseCovariance::Zero();
   // The pose may be off by far more than the covariance says: it is preliminary, its confidence is
   // below .9, its sigma a tenth of the depth, or the map may have changed its scale since it was
   // begun, in a doorway or a swing. It ends where the camera sees again what it saw before.
   bool is_uncertain = false;
+  double confidence = 0;  // probability that the pose is right (RelocalizationResult)
   // While the camera's motion carries the pose on (kOdometry): seconds since the map gave it; else
   // 0.
   double seconds_without_map = 0;
   // Median depth of the landmarks that support the pose, map units; 0 without any.
   double depth = 0;
-  // The number of the piece of map that the pose refers to, counted from 0 since the start, Load or
-  // Reset. A lost camera that is not found in its map begins a new piece. Poses in different pieces
-  // have different frames and units. Earlier pieces are kept, and joined once they are seen again.
-  // It is not the number of a piece in a file.
-  int piece = 0;
+
+  int keypoints = 0;  // of the image; 0 where none were needed, as it was carried by the motion
+  // Landmarks found in the image, and those of them that agree with the pose; nothing where none
+  // were looked for.
+  std::optional<int> matched, inliers;
+  // `detections`: all of this image; `objects`: mapped objects seen in it.
+  int detections = 0, objects = 0;
   double ms_total = 0, ms_features = 0, ms_track = 0, ms_objects = 0;
   double cpu_ms = 0;  // CPU time from image in to pose out; mapping not counted
+
+  // Multiplies all lengths, as those of the map were.
+  void ScaleLengths(double factor) {
+    if (world_from_cam_) world_from_cam_->translation *= factor;
+    depth *= factor;
+    covariance.topRows<3>() *= factor;
+    covariance.leftCols<3>() *= factor;
+  }
+
+ private:
+  std::optional<Rigid3> world_from_cam_;
 };
 
 }  // namespace oaslam

@@ -21,7 +21,7 @@ void AddResults(py::module_& m);
 void AddTrajectories(py::module_& m);
 void AddCameraEstimation(py::module_& m);
 void AddSlam(py::module_& m);
-void AddImageLocalizer(py::module_& m);
+void AddMapLocalizer(py::module_& m);
 void AddMapViewer(py::module_& m);
 void AddLog(py::module_& m);
 

@@ -1,5 +1,7 @@
 #include "oaslam/camera.h"
 
+#include <limits>
+
 #include "bindings.h"
 #include "exclusive.h"
 #include "oaslam/camera_estimation.h"
@@ -17,6 +19,36 @@ Camera MakeCamera(LensModel model, int width, int height, double fx, double fy, 
                           std::to_string(distortion.size()));
   std::ranges::copy(distortion, camera.distortion.begin());
   return camera;
+}
+
+constexpr const char* kManyPoints =
+    "\n\nOf one point, or of many in the rows of an array. Nothing is NaN.";
+using Points = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+// Calls a function of each row of an array of one or two dimensions.
+template <int kIn, int kOut, typename Function>
+py::array_t<double> OfEachRow(const Points& points, Function&& function) {
+  using In = Eigen::Matrix<double, kIn, 1>;
+  using Out = Eigen::Matrix<double, kOut, 1>;
+  const py::ssize_t dimensions = points.ndim();
+  if (dimensions < 1 || dimensions > 2 || points.shape(dimensions - 1) != kIn)
+    throw py::value_error("expected " + std::to_string(kIn) + " numbers, or rows of so many");
+  std::vector<py::ssize_t> shape(points.shape(), points.shape() + dimensions);
+  shape.back() = kOut;
+  py::array_t<double> result(shape);
+  for (py::ssize_t i = 0; i < points.size() / kIn; ++i)
+    Eigen::Map<Out>(result.mutable_data() + kOut * i) =
+        function(In(Eigen::Map<const In>(points.data() + kIn * i)))
+            .value_or(Out::Constant(std::numeric_limits<double>::quiet_NaN()));
+  return result;
+}
+
+py::array_t<double> Project(const Camera& camera, const Points& in_cam) {
+  return OfEachRow<3, 2>(in_cam, [&](const Eigen::Vector3d& x) { return camera.Project(x); });
+}
+
+py::array_t<double> Lift(const Camera& camera, const Points& pixel) {
+  return OfEachRow<2, 3>(pixel, [&](const Eigen::Vector2d& p) { return camera.Lift(p); });
 }
 
 std::string ReprOf(const Camera& c) {
@@ -51,6 +83,9 @@ void AddCameras(py::module_& m) {
       .def_readwrite(OASLAM_FIELD(Camera, is_guess))
       .def_readwrite(OASLAM_FIELD(Camera, name))
       .def("has_distortion", &Camera::HasDistortion, doc::Camera_HasDistortion)
+      .def("project", &Project, py::arg("in_cam"),
+           (std::string(doc::Camera_Project) + kManyPoints).c_str())
+      .def("lift", &Lift, py::arg("pixel"), (std::string(doc::Camera_Lift) + kManyPoints).c_str())
       .def(
           "__eq__", [](const Camera& a, const Camera& b) { return a == b; }, py::is_operator())
       .def("__repr__", &ReprOf);

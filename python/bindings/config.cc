@@ -109,6 +109,8 @@ void AddConfig(py::module_& m) {
       .def_readwrite(OASLAM_FIELD(SlamConfig, objects))
       .def_readwrite(OASLAM_FIELD(SlamConfig, relocalization))
       .def_readwrite(OASLAM_FIELD(SlamConfig, runner))
+      .def_static("live", &SlamConfig::Live, doc::SlamConfig_Live)
+      .def_static("offline", &SlamConfig::Offline, doc::SlamConfig_Offline)
       .def("validate", &SlamConfig::Validate, doc::SlamConfig_Validate);
   m.def("load_config", OfPath(&LoadConfig), py::arg("path"), py::arg("config"), WithoutGil(),
         doc::LoadConfig);

@@ -1,21 +1,16 @@
 #include "oaslam/map_snapshot.h"
 
+#include <cstring>
+#include <variant>
+
 #include "bindings.h"
 #include "rows.h"
 
 namespace oaslam::python {
 namespace {
 
-template <typename Row, typename Values, typename Function>
-py::array_t<Row> Rows(const Values& values, Function&& row_of) {
-  std::vector<Row> rows;
-  rows.reserve(values.size());
-  for (const auto& value : values) rows.push_back(row_of(value));
-  return ArrayOfRows(std::move(rows));
-}
-
 KeyframeRow RowOf(const MapSnapshot::Keyframe& k) {
-  KeyframeRow row{k.id, k.frame.value_or(-1), k.timestamp, k.camera, {}};
+  KeyframeRow row{k.id.value, k.frame.value_or(-1), k.timestamp, k.camera, {}};
   Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> pose(&row.world_from_cam[0][0]);
   pose.setIdentity();
   pose.topRows<3>() = k.world_from_cam.Matrix();
@@ -23,28 +18,60 @@ KeyframeRow RowOf(const MapSnapshot::Keyframe& k) {
 }
 
 LandmarkRow RowOf(const MapSnapshot::Landmark& l) {
-  return {l.id, {l.position.x(), l.position.y(), l.position.z()}, l.observations};
+  return {l.id.value, {l.position.x(), l.position.y(), l.position.z()}, l.observations};
 }
 
 ObservationRow RowOf(const MapSnapshot::Observation& o) {
-  return {o.keyframe, o.landmark, {o.pixel.x(), o.pixel.y()}, o.sigma_px};
+  return {o.keyframe.value, o.landmark.value, o.keypoint, {o.pixel.x(), o.pixel.y()}, o.sigma_px};
 }
 
-// The result of a function of a snapshot as an array of records. Releases Python's lock, since it
-// takes a while for a large map.
-template <typename Row, typename Value, typename... Args>
-auto AsRows(std::vector<Value> (MapSnapshot::*function)(Args...) const) {
-  return [function](const MapSnapshot& map, Args... args) {
-    std::vector<Value> values;
+// All elements of a kind as an array of records. Releases Python's lock, since it takes a while for
+// a large map.
+template <typename Row, typename Element>
+auto AsRows(MapSnapshot::Range<Element> (MapSnapshot::*range)() const) {
+  return [range](const MapSnapshot& map) {
+    std::vector<Row> rows;
     {
       const WithoutPythonsLock without_gil;
-      values = (map.*function)(args...);
+      const auto elements = (map.*range)();
+      rows.reserve(elements.size());
+      for (const Element& element : elements) rows.push_back(RowOf(element));
     }
-    return Rows<Row>(values, [](const Value& value) { return RowOf(value); });
+    return ArrayOfRows(std::move(rows));
   };
 }
 
-void AddObject(py::handle snapshot) {
+py::array_t<ObservationRow> Observations(const MapSnapshot& map,
+                                         const std::variant<KeyframeId, LandmarkId>& of) {
+  const auto seen = std::visit([&](auto id) { return map.Observations(id); }, of);
+  std::vector<ObservationRow> rows;
+  for (const MapSnapshot::Observation& o : seen) rows.push_back(RowOf(o));
+  return ArrayOfRows(std::move(rows));
+}
+
+// The bytes of all descriptors of a keyframe, a row each.
+py::array_t<uint8_t> Descriptors(const MapSnapshot& map, KeyframeId keyframe) {
+  const auto descriptors = map.Descriptors(keyframe);
+  constexpr size_t kBytes = sizeof(MapSnapshot::Descriptor);
+  py::array_t<uint8_t> array(std::vector<size_t>{descriptors.size(), kBytes});
+  if (!descriptors.empty())
+    std::memcpy(array.mutable_data(), descriptors.data(), descriptors.size_bytes());
+  return array;
+}
+
+void AddElements(py::handle snapshot) {
+  using Keyframe = MapSnapshot::Keyframe;
+  py::class_<Keyframe>(snapshot, "Keyframe", doc::MapSnapshot_Keyframe)
+      .def_readonly(OASLAM_FIELD(Keyframe, id))
+      .def_readonly(OASLAM_FIELD(Keyframe, frame))
+      .def_readonly(OASLAM_FIELD(Keyframe, timestamp))
+      .def_readonly(OASLAM_FIELD(Keyframe, camera))
+      .def_readonly(OASLAM_FIELD(Keyframe, world_from_cam));
+  using Landmark = MapSnapshot::Landmark;
+  py::class_<Landmark>(snapshot, "Landmark", doc::MapSnapshot_Landmark)
+      .def_readonly(OASLAM_FIELD(Landmark, id))
+      .def_readonly(OASLAM_FIELD(Landmark, position))
+      .def_readonly(OASLAM_FIELD(Landmark, observations));
   using Object = MapSnapshot::Object;
   py::class_<Object>(snapshot, "Object", doc::MapSnapshot_Object)
       .def_readonly(OASLAM_FIELD(Object, id))
@@ -63,7 +90,7 @@ void AddObject(py::handle snapshot) {
 void AddMap(py::module_& m) {
   PYBIND11_NUMPY_DTYPE(KeyframeRow, id, frame, timestamp, camera, world_from_cam);
   PYBIND11_NUMPY_DTYPE(LandmarkRow, id, position, observations);
-  PYBIND11_NUMPY_DTYPE(ObservationRow, keyframe, landmark, pixel, sigma_px);
+  PYBIND11_NUMPY_DTYPE(ObservationRow, keyframe, landmark, keypoint, pixel, sigma_px);
   py::class_<AnchorPose>(m, "AnchorPose", doc::AnchorPose)
       .def_readonly(OASLAM_FIELD(AnchorPose, name))
       .def_readonly(OASLAM_FIELD(AnchorPose, model))
@@ -72,24 +99,54 @@ void AddMap(py::module_& m) {
       .def_readonly(OASLAM_FIELD(AnchorPose, object));
   py::class_<AnchorReport>(m, "AnchorReport", doc::AnchorReport)
       .def_readonly(OASLAM_FIELD(AnchorReport, name))
-      .def_readonly(OASLAM_FIELD(AnchorReport, why_not));
+      .def_readonly(OASLAM_FIELD(AnchorReport, why_not))
+      .def("is_done", &AnchorReport::IsDone, doc::AnchorReport_IsDone)
+      .def("__bool__", &AnchorReport::IsDone);
   py::class_<MapSnapshot> snapshot(m, "MapSnapshot", doc::MapSnapshot);
-  AddObject(snapshot);
+  AddElements(snapshot);
   snapshot.def(py::init(), doc::MapSnapshot_MapSnapshot)
-      .def_property_readonly("keyframe_count", &MapSnapshot::keyframe_count,
-                             doc::MapSnapshot_keyframe_count)
-      .def_property_readonly("landmark_count", &MapSnapshot::landmark_count,
-                             doc::MapSnapshot_landmark_count)
+      .def_static(
+          "load",
+          [](const PathText& path, int piece) {
+            const WithoutPythonsLock without_gil;
+            return MapSnapshot::Load(path, piece);
+          },
+          py::arg("path"), py::arg("piece") = 0, doc::MapSnapshot_Load)
+      .def(
+          "save", [](const MapSnapshot& map, const PathText& path) { map.Save(path); },
+          py::arg("path"), WithoutGil(), doc::MapSnapshot_Save)
+      .def_property_readonly(
+          "keyframe_count", [](const MapSnapshot& map) { return map.Keyframes().size(); },
+          "The number of keyframes.")
+      .def_property_readonly(
+          "landmark_count", [](const MapSnapshot& map) { return map.Landmarks().size(); },
+          "The number of landmarks.")
       .def("keyframes", AsRows<KeyframeRow>(&MapSnapshot::Keyframes), doc::MapSnapshot_Keyframes)
       .def("landmarks", AsRows<LandmarkRow>(&MapSnapshot::Landmarks), doc::MapSnapshot_Landmarks)
-      .def("objects", &MapSnapshot::Objects, WithoutGil(), doc::MapSnapshot_Objects)
-      .def("observations_in_keyframe", AsRows<ObservationRow>(&MapSnapshot::ObservationsInKeyframe),
-           py::arg("keyframe"), doc::MapSnapshot_ObservationsInKeyframe)
-      .def("observations_of_landmark", AsRows<ObservationRow>(&MapSnapshot::ObservationsOfLandmark),
-           py::arg("landmark"), doc::MapSnapshot_ObservationsOfLandmark)
+      .def(
+          "objects", [](const MapSnapshot& map) { return map.Objects().ToVector(); }, WithoutGil(),
+          doc::MapSnapshot_Objects)
+      .def(
+          "find_keyframe", [](const MapSnapshot& map, KeyframeId id) { return map.Find(id); },
+          py::arg("id"), doc::MapSnapshot_Find)
+      .def(
+          "find_landmark", [](const MapSnapshot& map, LandmarkId id) { return map.Find(id); },
+          py::arg("id"), doc::MapSnapshot_Find)
+      .def(
+          "find_object", [](const MapSnapshot& map, ObjectId id) { return map.Find(id); },
+          py::arg("id"), doc::MapSnapshot_Find)
+      .def("observations", &Observations, py::arg("of"),
+           "The landmarks that a keyframe sees, or the keyframes that see a landmark.")
+      .def("descriptors", &Descriptors, py::arg("keyframe"),
+           "ORB's descriptors of all key points of a keyframe, 32 bytes in a row.")
+      .def("trajectory", &MapSnapshot::Trajectory, WithoutGil(), doc::MapSnapshot_Trajectory)
+      .def("category_names", &MapSnapshot::CategoryNames, doc::MapSnapshot_CategoryNames)
       .def("anchors", &MapSnapshot::Anchors, doc::MapSnapshot_Anchors)
       .def("cameras", &MapSnapshot::Cameras, doc::MapSnapshot_Cameras)
+      .def_property_readonly("world", &MapSnapshot::world, doc::MapSnapshot_world)
       .def_property_readonly("up", &MapSnapshot::up, doc::MapSnapshot_up)
+      .def_property_readonly("is_up_measured", &MapSnapshot::is_up_measured,
+                             doc::MapSnapshot_is_up_measured)
       .def_property_readonly("is_metric", &MapSnapshot::is_metric, doc::MapSnapshot_is_metric)
       .def_property_readonly("version", &MapSnapshot::version, doc::MapSnapshot_version);
 }

@@ -15,12 +15,12 @@ PYBIND11_MODULE(_oaslam, m) {
   AddDetections(m);
   AddDetectors(m);
   AddImages(m);
-  AddMap(m);
   AddTrajectories(m);
+  AddMap(m);
   AddResults(m);
   AddCameraEstimation(m);
   AddSlam(m);
-  AddImageLocalizer(m);
+  AddMapLocalizer(m);
   AddMapViewer(m);
   AddLog(m);
   m.attr("__name__") = own_name;

@@ -17,7 +17,10 @@ void AddTrackingResult(py::module_& m) {
       .def_readonly(OASLAM_FIELD(TrackingResult, frame))
       .def_readonly(OASLAM_FIELD(TrackingResult, timestamp))
       .def_readonly(OASLAM_FIELD(TrackingResult, state))
-      .def_readonly(OASLAM_FIELD(TrackingResult, world_from_cam))
+      .def_readonly(OASLAM_FIELD(TrackingResult, world))
+      .def("pose_in", &TrackingResult::PoseIn, py::arg("world"), doc::TrackingResult_PoseIn)
+      .def_property_readonly("has_pose", &TrackingResult::HasPose, doc::TrackingResult_HasPose)
+      .def_readonly(OASLAM_FIELD(TrackingResult, source))
       .def_readonly(OASLAM_FIELD(TrackingResult, keypoints))
       .def_readonly(OASLAM_FIELD(TrackingResult, matched))
       .def_readonly(OASLAM_FIELD(TrackingResult, inliers))
@@ -30,7 +33,6 @@ void AddTrackingResult(py::module_& m) {
       .def_readonly(OASLAM_FIELD(TrackingResult, is_uncertain))
       .def_readonly(OASLAM_FIELD(TrackingResult, seconds_without_map))
       .def_readonly(OASLAM_FIELD(TrackingResult, depth))
-      .def_readonly(OASLAM_FIELD(TrackingResult, piece))
       .def_readonly(OASLAM_FIELD(TrackingResult, ms_total))
       .def_readonly(OASLAM_FIELD(TrackingResult, ms_features))
       .def_readonly(OASLAM_FIELD(TrackingResult, ms_track))
@@ -39,6 +41,13 @@ void AddTrackingResult(py::module_& m) {
       .def("__repr__", [](const TrackingResult& r) {
         return py::str("<oaslam.TrackingResult of frame {}: {}>").format(r.frame, r.state);
       });
+  py::class_<GyroscopeCalibration>(m, "GyroscopeCalibration", doc::GyroscopeCalibration)
+      .def_readonly(OASLAM_FIELD(GyroscopeCalibration, bias))
+      .def_readonly(OASLAM_FIELD(GyroscopeCalibration, sigma_bias))
+      .def_readonly(OASLAM_FIELD(GyroscopeCalibration, offset_s))
+      .def_readonly(OASLAM_FIELD(GyroscopeCalibration, sigma_offset_s))
+      .def_readonly(OASLAM_FIELD(GyroscopeCalibration, sigma))
+      .def_readonly(OASLAM_FIELD(GyroscopeCalibration, state));
   py::class_<ObjectPresence>(m, "ObjectPresence", doc::ObjectPresence)
       .def_readonly(OASLAM_FIELD(ObjectPresence, id))
       .def_readonly(OASLAM_FIELD(ObjectPresence, category_id))
@@ -54,6 +63,7 @@ void AddRelocalizationResult(py::module_& m) {
       .def_readonly(OASLAM_FIELD(Candidate, world_from_cam))
       .def_readonly(OASLAM_FIELD(Candidate, score));
   result.def_readonly(OASLAM_FIELD(RelocalizationResult, evidence))
+      .def_readonly(OASLAM_FIELD(RelocalizationResult, world))
       .def_readonly(OASLAM_FIELD(RelocalizationResult, world_from_cam))
       .def_readonly(OASLAM_FIELD(RelocalizationResult, confidence))
       .def_readonly(OASLAM_FIELD(RelocalizationResult, object_score))

@@ -19,6 +19,7 @@ struct LandmarkRow {
 };
 struct ObservationRow {
   uint32_t keyframe, landmark;
+  int32_t keypoint;
   double pixel[2];
   double sigma_px;
 };

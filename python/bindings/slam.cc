@@ -1,8 +1,10 @@
 #include "oaslam/slam.h"
 
+#include <variant>
+
 #include "bindings.h"
 #include "exclusive.h"
-#include "oaslam/image_localizer.h"
+#include "oaslam/map_localizer.h"
 #include "rows.h"
 
 namespace oaslam::python {
@@ -11,6 +13,7 @@ namespace {
 using ExclusiveSlam = Exclusive<Slam>;
 using OptionalPose = std::optional<Rigid3>;
 using OptionalVector = std::optional<Eigen::Vector3d>;
+using OptionalCamera = std::optional<Camera>;
 using Detections = std::vector<Detection>;
 
 // The members of an ImageInput as arguments.
@@ -36,26 +39,36 @@ TrackingResult Process(ExclusiveSlam& slam, const cv::Mat& image, double timesta
   return slam.Use([&](Slam& s) { return s.Process(input); });
 }
 
-ImageInput SingleImage(const std::optional<cv::Mat>& image, const Detections& detections,
-                       const OptionalVector& gravity_in_cam) {
-  return {image.value_or(cv::Mat()), 0, detections, false, gravity_in_cam, {}};
+// The arguments of relocalize: those of an image, which may be missing, and the options.
+std::string WithOptionsDocs(const char* text) {
+  const auto line = [](const char* name, const char* comment) {
+    return std::string("\n") + name + ": " + comment;
+  };
+  return WithImageDocs(text, false) + line("camera", doc::RelocalizeOptions_camera) +
+         line("prior", doc::RelocalizeOptions_prior) +
+         line("unknown_camera", doc::RelocalizeOptions_unknown_camera) +
+         line("follow", doc::RelocalizeOptions_follow);
 }
 
-RelocalizationResult Relocalize(ExclusiveSlam& slam, const cv::Mat& image, RelocalizationMode mode,
-                                const OptionalPose& prior, const Detections& detections,
-                                const OptionalVector& gravity_in_cam) {
-  return slam.Use([&](Slam& s) {
-    return s.Relocalize(SingleImage(image, detections, gravity_in_cam), mode, prior);
-  });
+template <typename Map>
+RelocalizationResult FindIn(Map& map, const std::optional<cv::Mat>& image,
+                            const OptionalCamera& camera, RelocalizationMode mode,
+                            const OptionalPose& prior, bool unknown_camera, bool follow,
+                            double timestamp, const Detections& detections,
+                            const OptionalVector& gravity_in_cam) {
+  return map.Relocalize(
+      {image.value_or(cv::Mat()), timestamp, detections, false, gravity_in_cam, {}},
+      {mode, prior, camera, unknown_camera, follow});
 }
 
-RelocalizationResult RelocalizeWithUnknownCamera(ExclusiveSlam& slam, const cv::Mat& image,
-                                                 RelocalizationMode mode,
-                                                 const Detections& detections,
-                                                 const OptionalVector& gravity_in_cam) {
-  return slam.Use([&](Slam& s) {
-    return s.RelocalizeWithUnknownCamera(SingleImage(image, detections, gravity_in_cam), mode);
-  });
+template <typename Class, typename Function>
+void AddRelocalize(Class& type, Function&& function, const char* text) {
+  type.def("relocalize", std::forward<Function>(function), py::arg("image") = std::nullopt,
+           py::kw_only(), py::arg("camera") = std::nullopt,
+           py::arg("mode") = RelocalizationMode::kPointsAndObjects, py::arg("prior") = std::nullopt,
+           py::arg("unknown_camera") = false, py::arg("follow") = false, py::arg("timestamp") = 0,
+           py::arg("detections") = py::tuple(), py::arg("gravity_in_cam") = std::nullopt,
+           WithOptionsDocs(text).c_str());
 }
 
 py::array_t<TrackedPointRow> TrackedPoints(ExclusiveSlam& slam) {
@@ -63,14 +76,14 @@ py::array_t<TrackedPointRow> TrackedPoints(ExclusiveSlam& slam) {
   for (const TrackedPoint& p : slam.Use([](Slam& s) { return s.TrackedPoints(); }))
     rows.push_back({{p.pixel.x(), p.pixel.y()},
                     p.sigma_px,
-                    p.landmark ? int64_t{*p.landmark} : -1,
+                    p.landmark ? int64_t{p.landmark->value} : -1,
                     {p.position.x(), p.position.y(), p.position.z()}});
   return ArrayOfRows(std::move(rows));
 }
 
 AnchorReport PlaceAnchor(ExclusiveSlam& slam, const std::string& name, const std::string& model,
                          const OptionalVector& origin, const OptionalVector& direction,
-                         std::optional<uint32_t> object, double size, const OptionalPose& pose) {
+                         std::optional<ObjectId> object, double size, const OptionalPose& pose) {
   const Eigen::Vector3d none = Eigen::Vector3d::Zero();
   return slam.Use([&](Slam& s) {
     return s.PlaceAnchor(
@@ -78,10 +91,10 @@ AnchorReport PlaceAnchor(ExclusiveSlam& slam, const std::string& name, const std
   });
 }
 
-std::string EditAnchor(ExclusiveSlam& slam, const std::string& anchor,
-                       const std::optional<std::string>& name,
-                       const std::optional<std::string>& model, std::optional<double> size,
-                       double turn_rad, const OptionalPose& pose) {
+AnchorReport EditAnchor(ExclusiveSlam& slam, const std::string& anchor,
+                        const std::optional<std::string>& name,
+                        const std::optional<std::string>& model, std::optional<double> size,
+                        double turn_rad, const OptionalPose& pose) {
   return slam.Use([&](Slam& s) {
     return s.EditAnchor(anchor, {name, model, size, turn_rad, pose});
   });
@@ -100,19 +113,6 @@ void AddTracking(SlamClass& slam) {
            WithImageDocs(doc::Slam_Process, true).c_str())
       .def("add_detections", Method(&Slam::AddDetections), py::arg("frame"), py::arg("detections"),
            doc::Slam_AddDetections)
-      .def("relocalize", &Relocalize, py::arg("image"), py::arg("mode"),
-           py::arg("prior") = std::nullopt, py::kw_only(), py::arg("detections") = py::tuple(),
-           py::arg("gravity_in_cam") = std::nullopt,
-           WithImageDocs(doc::Slam_Relocalize, false).c_str())
-      .def("relocalize_with_unknown_camera", &RelocalizeWithUnknownCamera, py::arg("image"),
-           py::arg("mode"), py::kw_only(), py::arg("detections") = py::tuple(),
-           py::arg("gravity_in_cam") = std::nullopt,
-           WithImageDocs(doc::Slam_RelocalizeWithUnknownCamera, false).c_str())
-      .def("relocalize_by_objects", Method(&Slam::RelocalizeByObjects), py::arg("detections"),
-           py::arg("gravity_in_cam") = std::nullopt, doc::Slam_RelocalizeByObjects)
-      .def("follow_by_objects", Method(&Slam::FollowByObjects), py::arg("timestamp"),
-           py::arg("detections"), py::arg("gravity_in_cam") = std::nullopt,
-           doc::Slam_FollowByObjects)
       .def("set_relocalization_mode", Method(&Slam::SetRelocalizationMode), py::arg("mode"),
            doc::Slam_SetRelocalizationMode)
       .def("force_relocalization", Method(&Slam::ForceRelocalization),
@@ -146,7 +146,8 @@ void AddMapping(SlamClass& slam) {
       .def("snapshot", Method(&Slam::Snapshot), doc::Slam_Snapshot)
       .def("trajectory", Method(&Slam::Trajectory), doc::Slam_Trajectory)
       .def("finish", Method(&Slam::Finish), doc::Slam_Finish)
-      .def("main_piece", Method(&Slam::MainPiece), doc::Slam_MainPiece)
+      .def("whole_map", Method(&Slam::WholeMap), doc::Slam_WholeMap)
+      .def("gyroscope", Method(&Slam::Gyroscope), doc::Slam_Gyroscope)
       .def(
           "save",
           [](ExclusiveSlam& self, const PathText& path) {
@@ -155,10 +156,15 @@ void AddMapping(SlamClass& slam) {
           py::arg("path"), doc::Slam_Save)
       .def(
           "load",
-          [](ExclusiveSlam& self, const PathText& path, int piece) {
-            self.Use([&](Slam& s) { s.Load(path, piece); });
+          [](ExclusiveSlam& self, const std::variant<MapSnapshot, PathText>& map, int piece) {
+            self.Use([&](Slam& s) {
+              if (const auto* path = std::get_if<PathText>(&map))
+                s.Load(*path, piece);
+              else
+                s.Load(std::get<MapSnapshot>(map));
+            });
           },
-          py::arg("path"), py::arg("piece") = 0, doc::Slam_Load)
+          py::arg("map"), py::arg("piece") = 0, doc::Slam_Load)
       .def("reset", Method(&Slam::Reset), doc::Slam_Reset);
 }
 
@@ -168,40 +174,42 @@ void AddSlam(py::module_& m) {
   PYBIND11_NUMPY_DTYPE(TrackedPointRow, pixel, sigma_px, landmark, position);
   SlamClass slam(m, "Slam", doc::Slam);
   AddTracking(slam);
+  AddRelocalize(
+      slam,
+      [](ExclusiveSlam& self, const std::optional<cv::Mat>& image, const OptionalCamera& camera,
+         RelocalizationMode mode, const OptionalPose& prior, bool unknown_camera, bool follow,
+         double timestamp, const Detections& detections, const OptionalVector& gravity_in_cam) {
+        return self.Use([&](Slam& s) {
+          return FindIn(s, image, camera, mode, prior, unknown_camera, follow, timestamp,
+                        detections, gravity_in_cam);
+        });
+      },
+      doc::Slam_Relocalize);
   AddMapping(slam);
 }
 
-void AddImageLocalizer(py::module_& m) {
-  py::class_<ImageLocalizer, std::shared_ptr<ImageLocalizer>>(m, "ImageLocalizer",
-                                                              doc::ImageLocalizer)
-      .def(py::init([](const PathText& map_path, const SlamConfig& config, int piece) {
-             return MakeWithoutGil<ImageLocalizer>(map_path, config, piece);
+void AddMapLocalizer(py::module_& m) {
+  py::class_<MapLocalizer, std::shared_ptr<MapLocalizer>> localizer(m, "MapLocalizer",
+                                                                    doc::MapLocalizer);
+  localizer
+      .def(py::init([](const std::variant<MapSnapshot, PathText>& map, const SlamConfig& config) {
+             if (const auto* path = std::get_if<PathText>(&map))
+               return MakeWithoutGil<MapLocalizer>(*path, config);
+             return MakeWithoutGil<MapLocalizer>(std::get<MapSnapshot>(map), config);
            }),
-           py::arg("map_path"), py::arg("config") = SlamConfig{}, py::arg("piece") = 0,
-           doc::ImageLocalizer_ImageLocalizer)
-      .def(
-          "localize",
-          [](const ImageLocalizer& localizer, const std::optional<cv::Mat>& image,
-             const Camera& camera, RelocalizationMode mode, const OptionalPose& prior,
-             const Detections& detections, const OptionalVector& gravity_in_cam) {
-            return localizer.Localize(SingleImage(image, detections, gravity_in_cam), camera, mode,
-                                      prior);
-          },
-          py::arg("image"), py::arg("camera"), py::arg("mode"), py::arg("prior") = std::nullopt,
-          py::kw_only(), py::arg("detections") = py::tuple(),
-          py::arg("gravity_in_cam") = std::nullopt, WithoutGil(),
-          WithImageDocs(doc::ImageLocalizer_Localize, false).c_str())
-      .def(
-          "localize_with_unknown_camera",
-          [](const ImageLocalizer& localizer, const cv::Mat& image, RelocalizationMode mode,
-             const Detections& detections, const OptionalVector& gravity_in_cam) {
-            return localizer.LocalizeWithUnknownCamera(
-                SingleImage(image, detections, gravity_in_cam), mode);
-          },
-          py::arg("image"), py::arg("mode"), py::kw_only(), py::arg("detections") = py::tuple(),
-          py::arg("gravity_in_cam") = std::nullopt, WithoutGil(),
-          WithImageDocs(doc::ImageLocalizer_LocalizeWithUnknownCamera, false).c_str())
-      .def("snapshot", &ImageLocalizer::Snapshot, WithoutGil(), doc::ImageLocalizer_Snapshot);
+           py::arg("map"), py::arg("config") = SlamConfig{}, doc::MapLocalizer_MapLocalizer)
+      .def_property_readonly("map", &MapLocalizer::map, doc::MapLocalizer_map);
+  AddRelocalize(
+      localizer,
+      [](const MapLocalizer& self, const std::optional<cv::Mat>& image,
+         const OptionalCamera& camera, RelocalizationMode mode, const OptionalPose& prior,
+         bool unknown_camera, bool follow, double timestamp, const Detections& detections,
+         const OptionalVector& gravity_in_cam) {
+        const WithoutPythonsLock without_gil;
+        return FindIn(self, image, camera, mode, prior, unknown_camera, follow, timestamp,
+                      detections, gravity_in_cam);
+      },
+      doc::MapLocalizer_Relocalize);
 }
 
 }  // namespace oaslam::python

@@ -2,9 +2,30 @@
 
 #include "bindings.h"
 #include "oaslam/error.h"
+#include "oaslam/ids.h"
 #include "oaslam/slam.h"
 
 namespace oaslam::python {
+namespace {
+
+template <typename Id>
+void AddId(py::module_& m, const char* name, const char* text) {
+  py::class_<Id>(m, name, text)
+      .def(py::init<uint32_t>(), py::arg("value"), text)
+      .def_property_readonly(
+          "value", [](Id id) { return id.value; }, "The number, as in arrays and files.")
+      .def("__int__", [](Id id) { return id.value; })
+      .def("__index__", [](Id id) { return id.value; })
+      .def("__hash__", [](Id id) { return std::hash<Id>()(id); })
+      .def(
+          "__eq__", [](Id a, Id b) { return a == b; }, py::is_operator())
+      .def(
+          "__lt__", [](Id a, Id b) { return a < b; }, py::is_operator())
+      .def("__str__", [](Id id) { return ToString(id); })
+      .def("__repr__", [name](Id id) { return std::string(name) + "(" + ToString(id) + ")"; });
+}
+
+}  // namespace
 
 void AddErrors(py::module_& m) {
   static const py::handle input_error = [&m] {
@@ -24,6 +45,12 @@ void AddErrors(py::module_& m) {
 }
 
 void AddTypes(py::module_& m) {
+  AddId<KeyframeId>(m, "KeyframeId", "The id of a keyframe of a map.");
+  AddId<LandmarkId>(m, "LandmarkId", "The id of a landmark of a map.");
+  AddId<ObjectId>(m, "ObjectId", "The id of an object of a map.");
+  AddId<WorldId>(m, "WorldId",
+                 "The frame of reference and unit of coordinates: two worlds have nothing in "
+                 "common.");
   auto state = py::enum_<TrackingState>(m, "TrackingState", doc::TrackingState)
                    .value("INITIALIZING", TrackingState::kInitializing)
                    .value("TRACKING", TrackingState::kTracking)
@@ -33,6 +60,18 @@ void AddTypes(py::module_& m) {
                    .value("ODOMETRY", TrackingState::kOdometry)
                    .value("PRELIMINARY", TrackingState::kPreliminary);
   SayAsToString(state);
+  auto source = py::enum_<PoseSource>(m, "PoseSource", doc::PoseSource)
+                    .value("NONE", PoseSource::kNone)
+                    .value("MAP", PoseSource::kMap)
+                    .value("MOTION", PoseSource::kMotion)
+                    .value("OBJECTS", PoseSource::kObjects)
+                    .value("REGISTRATION", PoseSource::kRegistration);
+  SayAsToString(source);
+  auto gyroscope = py::enum_<GyroscopeState>(m, "GyroscopeState", doc::GyroscopeState)
+                       .value("UNKNOWN", GyroscopeState::kUnknown)
+                       .value("CALIBRATED", GyroscopeState::kCalibrated)
+                       .value("REFUSED", GyroscopeState::kRefused);
+  SayAsWord(gyroscope);
   auto evidence = py::enum_<PoseEvidence>(m, "PoseEvidence", doc::PoseEvidence)
                       .value("NONE", PoseEvidence::kNone)
                       .value("POINTS", PoseEvidence::kPoints)

@@ -61,9 +61,13 @@ def test_an_image_of_one_row_or_column_has_any_stride(slam):
             slam.process(image, 0)
 
 
-def test_a_single_image_must_be_one(slam):
-    with pytest.raises(TypeError, match="not NoneType"):
-        slam.relocalize(None, oaslam.RelocalizationMode.POINTS)
+def test_what_is_looked_for_must_be_known(slam):
+    with pytest.raises(TypeError):
+        slam.relocalize("image")
+    with pytest.raises(oaslam.InputError, match="said to be unknown"):
+        slam.relocalize(IMAGE, camera=oaslam.load_camera("fov:60", (64, 48)), unknown_camera=True)
+    with pytest.raises(oaslam.InputError, match="without an image"):
+        slam.relocalize(unknown_camera=True)
 
 
 def test_poses_of_other_types_are_taken(slam):
@@ -102,7 +106,7 @@ def test_input_errors(slam, tmp_path):
     with pytest.raises(TypeError):
         slam.process(IMAGE, 2, [(0, 0.5)])
     for read in (oaslam.load_detections, oaslam.load_trajectory, oaslam.load_classes, oaslam.load_camera, oaslam.open_images, oaslam.Detector.load,
-                 oaslam.ImageLocalizer):
+                 oaslam.MapLocalizer):
         with pytest.raises(oaslam.InputError, match="nowhere"):
             read(tmp_path / "nowhere")
     with pytest.raises(TypeError):

@@ -12,7 +12,8 @@ def test_results(desk):
     last = desk.results[-1]
     assert last.state == oaslam.TrackingState.TRACKING and str(last.state) == "tracking"
     assert last.frame == len(desk.images) - 1 and last.inliers > 100 and last.objects > 0
-    pose = last.world_from_cam
+    assert last.source == oaslam.PoseSource.MAP and last.has_pose
+    pose = last.pose_in(desk.slam.snapshot().world)
     assert pose.shape == (4, 4) and pose.dtype == numpy.float64
     assert numpy.allclose(pose[:3, :3] @ pose[:3, :3].T, numpy.eye(3))
     assert desk.results[0].state == oaslam.TrackingState.PRELIMINARY
@@ -24,19 +25,70 @@ def test_map(desk):
     assert len(keyframes) == map.keyframe_count > 5 and len(landmarks) == map.landmark_count > 500
     assert keyframes["world_from_cam"].shape == (len(keyframes), 4, 4) and landmarks["position"].shape == (len(landmarks), 3)
     assert (numpy.diff(landmarks["id"].astype(int)) > 0).all()
-    seen = map.observations_in_keyframe(keyframes["id"][-1])
+    seen = map.observations(oaslam.KeyframeId(keyframes["id"][-1]))
     assert len(seen) > 50 and set(seen["landmark"]) <= set(landmarks["id"])
     # A landmark is seen where the camera projects it to.
     pose, camera = keyframes["world_from_cam"][-1], map.cameras()[keyframes["camera"][-1]]
     positions = landmarks["position"][numpy.searchsorted(landmarks["id"], seen["landmark"])]
-    local = (positions - pose[:3, 3]) @ pose[:3, :3]
-    pixel = local[:, :2] / local[:, 2:] * (camera.fx, camera.fy) + (camera.cx, camera.cy)
+    pixel = camera.project((positions - pose[:3, 3]) @ pose[:3, :3])
     assert numpy.median(numpy.linalg.norm(pixel - seen["pixel"], axis=1)) < 1
-    assert len(map.observations_of_landmark(landmarks["id"][0])) == landmarks["observations"][0]
+    descriptors = map.descriptors(oaslam.KeyframeId(keyframes["id"][-1]))
+    assert descriptors.shape[1] == 32 and descriptors.dtype == numpy.uint8 and seen["keypoint"].max() < len(descriptors)
+    first = oaslam.LandmarkId(landmarks["id"][0])
+    assert len(map.observations(first)) == map.find_landmark(first).observations == landmarks["observations"][0]
+    assert map.find_landmark(oaslam.LandmarkId(10**9)) is None and map.find_keyframe(oaslam.KeyframeId(keyframes["id"][0])).frame == keyframes["frame"][0]
     thing = map.objects()[0]
     assert thing.name and thing.covariance.shape == (7, 7) and (thing.ellipsoid.half_axes > 0).all()
-    assert thing.ellipsoid.rotation.shape == (3, 3)
+    assert thing.ellipsoid.rotation.shape == (3, 3) and map.find_object(thing.id).name == thing.name
     assert not map.is_metric and oaslam.MapSnapshot().keyframe_count == 0
+
+
+def test_ids(desk):
+    assert oaslam.LandmarkId(7) == oaslam.LandmarkId(7) != oaslam.LandmarkId(8) and oaslam.LandmarkId(7) != oaslam.KeyframeId(7)
+    assert len({oaslam.ObjectId(7), oaslam.ObjectId(7), oaslam.ObjectId(8)}) == 2
+    assert (str(oaslam.ObjectId(7)), repr(oaslam.ObjectId(7)), int(oaslam.ObjectId(7))) == ("7", "ObjectId(7)", 7)
+    assert sorted([oaslam.KeyframeId(2), oaslam.KeyframeId(1)])[0].value == 1
+    with pytest.raises(TypeError):
+        desk.slam.snapshot().find_landmark(oaslam.KeyframeId(0))
+
+
+def test_map_file(desk, desk_map, tmp_path):
+    map = oaslam.MapSnapshot.load(desk_map)
+    assert map.keyframe_count > 5 and len(map.trajectory()) > map.keyframe_count and map.category_names()[41] == "cup"
+    map.save(tmp_path / "copy.map")
+    assert (oaslam.MapSnapshot.load(tmp_path / "copy.map").landmarks()["position"] == map.landmarks()["position"]).all()
+    slam = oaslam.Slam(oaslam.SlamConfig.offline(), desk.camera)
+    slam.load(map)
+    assert slam.snapshot().world == map.world
+    found = oaslam.MapLocalizer(map).relocalize(desk.images[50].image, camera=desk.camera)
+    assert found.world == map.world and found.world_from_cam is not None
+
+
+def test_camera(desk):
+    pixels = numpy.array([[10.0, 20.0], [300.0, 200.0]])
+    rays = desk.camera.lift(pixels)
+    assert rays.shape == (2, 3) and (rays[:, 2] == 1).all()
+    assert numpy.allclose(desk.camera.project(3 * rays), pixels) and numpy.allclose(desk.camera.project(rays[0]), pixels[0])
+    assert numpy.isnan(desk.camera.project((0, 0, -1))).all()
+    with pytest.raises(ValueError, match="3 numbers"):
+        desk.camera.project((1, 2))
+
+
+def test_worlds(desk, desk_map):
+    slam = oaslam.Slam(oaslam.SlamConfig(), desk.camera)
+    slam.set_mapping(False)
+    slam.load(desk_map)
+    world = slam.snapshot().world
+    result = slam.process(desk.images[50].image, 0)
+    assert result.pose_in(world) is not None and result.world == world
+    slam.set_metres_per_unit(2)
+    assert slam.snapshot().world != world
+    assert slam.process(desk.images[51].image, 1).pose_in(world) is None
+
+
+def test_configurations():
+    assert oaslam.SlamConfig.live().runner.mode == oaslam.RunnerMode.LIVE
+    assert oaslam.SlamConfig.offline().runner.mode == oaslam.RunnerMode.LOCKSTEP
 
 
 def test_tracked_points(desk):
@@ -76,14 +128,14 @@ def test_saved_map(desk, desk_map):
     slam.set_mapping(False)
     slam.load(desk_map)
     image = desk.images[50]
-    found = slam.relocalize(image.image, oaslam.RelocalizationMode.POINTS)
+    found = slam.relocalize(image.image, mode=oaslam.RelocalizationMode.POINTS)
     assert found.evidence == oaslam.PoseEvidence.POINTS and found.candidates[0].score > 30
     true = desk.slam.trajectory()[50]
     assert true.timestamp == image.timestamp
     assert numpy.allclose(found.world_from_cam, true.world_from_cam, atol=0.02)
-    near = slam.relocalize(image.image, oaslam.RelocalizationMode.POINTS, prior=true.world_from_cam)
+    near = slam.relocalize(image.image, mode=oaslam.RelocalizationMode.POINTS, prior=true.world_from_cam)
     assert near.world_from_cam is not None
-    assert slam.process(image.image, 0).world_from_cam is not None
+    assert slam.process(image.image, 0).has_pose
     slam.reset()
     assert slam.snapshot().keyframe_count == 0
     with pytest.raises(oaslam.InputError, match="no.map"):
@@ -102,8 +154,8 @@ def test_anchors(desk, desk_map):
     assert slam.place_anchor(name="here", model="axes", pose=pose, size=0.5).name == "here"
     assert [anchor.name for anchor in slam.anchors()] == ["flag", "here"]
     assert numpy.allclose(slam.anchors()[1].world_from_anchor, pose) and slam.anchors()[0].object == thing.id
-    assert slam.edit_anchor("here", name="there", size=2) == "" and slam.anchors()[1].size == 2
-    assert slam.edit_anchor("here", size=2) != ""
+    assert slam.edit_anchor("here", name="there", size=2).name == "there" and slam.anchors()[1].size == 2
+    assert "no anchor" in slam.edit_anchor("here", size=2).why_not
     assert slam.remove_anchor("there") and not slam.remove_anchor("there")
 
 

@@ -89,7 +89,7 @@ def test_a_sink_that_fails_or_replaces_itself(desk, capsys, monkeypatch):
     slam = slam_in_sequence(desk.camera)
     results = [slam.process(image.image, image.timestamp) for image in desk.images[:30]]
     assert [str(error) for error in unraisable] == ["a sink that fails"]
-    assert results[-1].world_from_cam is not None
+    assert results[-1].has_pose
 
 
 def test_one_call_at_a_time(desk):
@@ -111,18 +111,18 @@ def test_one_call_at_a_time(desk):
 
 
 def test_a_localizer_serves_many_threads(desk, desk_map):
-    localizer = oaslam.ImageLocalizer(desk_map)
+    localizer = oaslam.MapLocalizer(desk_map)
 
     def find(image):
-        return localizer.localize(image.image, desk.camera, oaslam.RelocalizationMode.POINTS_AND_OBJECTS).world_from_cam
+        return localizer.relocalize(image.image, camera=desk.camera).world_from_cam
     chosen = desk.images[20::8]
     alone = [find(image) for image in chosen]
     with concurrent.futures.ThreadPoolExecutor(4) as pool:
         together = list(pool.map(find, chosen))
     assert all(pose is not None for pose in alone)
     assert numpy.array_equal(alone, together)
-    unknown = localizer.localize_with_unknown_camera(chosen[0].image, oaslam.RelocalizationMode.POINTS)
-    assert unknown.camera.fx == desk.camera.fx and localizer.snapshot().keyframe_count > 5
+    unknown = localizer.relocalize(chosen[0].image, mode=oaslam.RelocalizationMode.POINTS)
+    assert unknown.camera.fx == desk.camera.fx and localizer.map.keyframe_count > 5
 
 
 def test_the_background_detector_calls_python(desk):

@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
     const oaslam::TrackingResult result = slam.Process({.image = image.image,
                                                         .timestamp = image.timestamp,
                                                         .detections = detections.Find(image.name)});
-    if (result.world_from_cam) depth += result.world_from_cam->translation.z();
+    if (const auto pose = result.PoseIn(result.world)) depth += pose->translation.z();
   }
   const double seconds = double(std::clock() - start) / CLOCKS_PER_SEC;
   oaslam::SaveTrajectory(argv[5], slam.Trajectory());

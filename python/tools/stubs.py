@@ -35,7 +35,7 @@ PROPERTIES = {
 def type_in(text):
     """The type of an argument: sequences and arrays of any kind are taken."""
     text = text.replace("numpy.ndarray[numpy.uint8]", "numpy.typing.NDArray[numpy.uint8]")
-    text = re.sub(r"numpy\.ndarray\[numpy\.float64\[[^\]]*\]\]", "numpy.typing.ArrayLike", text)
+    text = re.sub(r"numpy\.ndarray\[numpy\.float64(\[[^\]]*\])?\]", "numpy.typing.ArrayLike", text)
     text = re.sub(r"\bList\[", "Sequence[", text)
     text = re.sub(r"Annotated\[Sequence\[(\w+)\], FixedSize\(\d+\)\]|Sequence\[(\w+)\[\d+\]\]", r"Sequence[\1\2]", text)
     text = text.replace("os.PathLike", "Union[str, os.PathLike[str]]")
@@ -121,7 +121,7 @@ def lines_of_class(path, type_):
             members += lines_of_property(f"{path}.{member}", member, value)
         elif isinstance(value, staticmethod):
             members += ["@staticmethod", f"def {member}{signature(getattr(type_, member))}: ..."]
-        elif callable(value) and (not member.startswith("_") or member in ("__init__", "__iter__", "__next__")) and not is_abstract(value):
+        elif callable(value) and (not member.startswith("_") or member in ("__init__", "__iter__", "__next__", "__int__", "__index__", "__bool__", "__lt__")) and not is_abstract(value):
             members.append(f"def {member}{signature(value)}: ...")
     yield from ("    " + line for line in (members or ["..."]))
 

@@ -80,7 +80,7 @@ TEST(Anchors, ALevelPlaneIsPreferredWhereUpIsKnown) {
 TEST(Anchors, StandOnTopOfAnObjectAndGoWithIt) {
   Map map = Table();
   AnchorRequest request = Click({0.3, 0.9, 3});
-  request.object = 4;
+  request.object = ObjectId(4);
   const Placement placement = FindPlace(map, request);
   ASSERT_TRUE(placement.anchor) << placement.why_not;
   const Eigen::Vector3d top(0.3, 0.8, 3);  // the longest axis stands upright
@@ -125,7 +125,7 @@ TEST(Anchors, RefuseWhatIsNoPlace) {
   request.size = -1;
   EXPECT_THAT(FindPlace(map, request).why_not, HasSubstr("must be from"));
   request = Click({0.3, 0.9, 3});
-  request.object = 5;
+  request.object = ObjectId(5);
   EXPECT_THAT(FindPlace(map, request).why_not, HasSubstr("no object 5"));
 }
 
@@ -148,8 +148,9 @@ TEST(Anchors, AreNamedTurnedSizedAndRenamed) {
   EXPECT_THAT(PlaceAnchor(map, named, anchors).why_not, HasSubstr("name of a model"));
 
   const Rigid3 before = anchors.at("door").cam_from_anchor;
-  EXPECT_THAT(EditAnchor(map, "door", {.name = "gate", .size = 0.5, .turn_rad = M_PI / 2}, anchors),
-              IsEmpty());
+  EXPECT_EQ(
+      EditAnchor(map, "door", {.name = "gate", .size = 0.5, .turn_rad = M_PI / 2}, anchors).name,
+      "gate");
   ASSERT_FALSE(anchors.contains("door"));
   const Anchor& gate = anchors.at("gate");
   EXPECT_EQ(gate.size, 0.5);
@@ -158,12 +159,18 @@ TEST(Anchors, AreNamedTurnedSizedAndRenamed) {
       before.rotation.conjugate() * (gate.cam_from_anchor.rotation * Eigen::Vector3d::UnitZ());
   EXPECT_LT((x - Eigen::Vector3d::UnitX()).norm(), 1e-9);
 
-  EXPECT_THAT(EditAnchor(map, "gate", {.name = "flag 1", .size = {}, .turn_rad = 0}, anchors),
-              HasSubstr("already"));
-  EXPECT_THAT(EditAnchor(map, "gate", {.name = {}, .size = 0., .turn_rad = 0}, anchors),
-              HasSubstr("must be from 1e-06 to"));
-  EXPECT_THAT(EditAnchor(map, "none", {}, anchors), HasSubstr("no anchor \"none\""));
+  const auto problem = [&](const std::string& name, const AnchorEdit& edit) {
+    const AnchorReport report = EditAnchor(map, name, edit, anchors);
+    EXPECT_EQ(report.IsDone(), !report.name.empty());
+    return report.why_not;
+  };
+  EXPECT_THAT(problem("gate", {.name = "flag 1"}), HasSubstr("already"));
+  EXPECT_THAT(problem("gate", {.size = 0.}), HasSubstr("must be from 1e-06 to"));
+  EXPECT_THAT(problem("none", {}), HasSubstr("no anchor \"none\""));
   EXPECT_EQ(anchors.at("gate").size, 0.5);
+
+  EXPECT_EQ(RemoveAnchor("gate", anchors).name, "gate");
+  EXPECT_THAT(RemoveAnchor("gate", anchors).why_not, HasSubstr("no anchor \"gate\""));
 }
 
 }  // namespace

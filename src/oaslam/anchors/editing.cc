@@ -33,6 +33,10 @@ std::string ProblemOfModel() {
                      kMaxName);
 }
 
+std::string ProblemOfAbsence(const std::string& name) {
+  return fmt::format("there is no anchor \"{}\"", name);
+}
+
 std::string FreeName(const std::string& model, const Anchors& anchors) {
   for (int number = 1;; ++number)
     if (std::string name = fmt::format("{} {}", model, number); !anchors.contains(name))
@@ -54,20 +58,21 @@ AnchorReport PlaceAnchor(const Map& map, const AnchorRequest& request, Anchors& 
   return {name, ""};
 }
 
-std::string EditAnchor(const Map& map, const std::string& name, const AnchorEdit& edit,
-                       Anchors& anchors) {
+AnchorReport EditAnchor(const Map& map, const std::string& name, const AnchorEdit& edit,
+                        Anchors& anchors) {
   const auto found = anchors.find(name);
-  if (found == anchors.end()) return fmt::format("there is no anchor \"{}\"", name);
+  if (found == anchors.end()) return {"", ProblemOfAbsence(name)};
   if (edit.size)
-    if (const std::string problem = ProblemOfSize(*edit.size); !problem.empty()) return problem;
-  if (edit.model && !IsName(*edit.model)) return ProblemOfModel();
+    if (const std::string problem = ProblemOfSize(*edit.size); !problem.empty())
+      return {"", problem};
+  if (edit.model && !IsName(*edit.model)) return {"", ProblemOfModel()};
   const std::optional<Anchor> moved = edit.pose ? AnchorAt(map, *edit.pose) : std::nullopt;
-  if (edit.pose && !moved) return "the pose is no pose in a map with keyframes";
-  if (!std::isfinite(edit.turn_rad)) return "the angle is no number";
+  if (edit.pose && !moved) return {"", "the pose is no pose in a map with keyframes"};
+  if (!std::isfinite(edit.turn_rad)) return {"", "the angle is no number"};
   const bool is_renamed = edit.name && *edit.name != name;
   if (is_renamed)
     if (const std::string problem = ProblemOfName(*edit.name, anchors); !problem.empty())
-      return problem;
+      return {"", problem};
   Anchor& anchor = found->second;
   if (moved) {
     const Anchor before = std::exchange(anchor, *moved);
@@ -78,11 +83,16 @@ std::string EditAnchor(const Map& map, const std::string& name, const AnchorEdit
   if (edit.size) anchor.size = *edit.size;
   Rigid3::Rotation& rotation = anchor.cam_from_anchor.rotation;
   rotation = (rotation * Eigen::AngleAxisd(edit.turn_rad, Eigen::Vector3d::UnitY())).normalized();
-  if (!is_renamed) return "";
+  if (!is_renamed) return {name, ""};
   auto node = anchors.extract(found);
   node.key() = *edit.name;
   anchors.insert(std::move(node));
-  return "";
+  return {*edit.name, ""};
+}
+
+AnchorReport RemoveAnchor(const std::string& name, Anchors& anchors) {
+  if (anchors.erase(name) == 0) return {"", ProblemOfAbsence(name)};
+  return {name, ""};
 }
 
 std::vector<AnchorPose> PosesOf(const Map& map) {
@@ -92,8 +102,7 @@ std::vector<AnchorPose> PosesOf(const Map& map) {
     if (!pose) continue;
     const std::optional<ObjectId> object =
         anchor.object.IsValid() ? map.ResolveObject(anchor.object) : std::nullopt;
-    poses.push_back({name, anchor.model, anchor.size, *pose,
-                     object ? std::optional(object->value) : std::nullopt});
+    poses.push_back({name, anchor.model, anchor.size, *pose, object});
   }
   return poses;
 }

@@ -222,7 +222,7 @@ Placement FindPlace(const Map& map, const AnchorRequest& request) {
   if (!request.origin.allFinite() || !std::isfinite(length) || !(length > 0))
     return {std::nullopt, "the ray has no direction"};
   Placement placement =
-      request.object ? OnObject(map, ObjectId(*request.object), request) : OnPoints(map, request);
+      request.object ? OnObject(map, *request.object, request) : OnPoints(map, request);
   if (!placement.anchor) return placement;
   placement.anchor->model = request.model;
   if (request.size > 0) placement.anchor->size = request.size;

@@ -12,9 +12,9 @@
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/images/focal_metadata.h"
 #include "oaslam/localization/frame_maker.h"
+#include "oaslam/localization/snapshot_content.h"
 #include "oaslam/odometry/still_parts.h"
 #include "oaslam/slam.h"
-#include "oaslam/system/slam_access.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -169,7 +169,7 @@ class OASLAM_LOCAL CameraEstimator::Impl {
     pass.calibration.why_not = "the images could not be mapped";
     size_t next_check = kFirstCheck, checked = 0;
     const auto check = [&] {
-      const SavedMap saved = SlamAccess::Export(slam);
+      const SavedMap saved = SavedMapOf(slam.WholeMap());
       if (saved.map.keyframes.empty() || saved.map.keyframes.size() == checked) return;
       checked = saved.map.keyframes.size();
       pass.calibration = SelfCalibrate(saved.map, 0, quickly, saved.trajectory);
@@ -177,7 +177,7 @@ class OASLAM_LOCAL CameraEstimator::Impl {
     for (size_t i = 0; i < images_.size(); ++i) {
       slam.Process({images_[i], times_[i], {}, false});
       ++pass.images;
-      const size_t keyframes = SlamAccess::View(slam).map->keyframes.size();
+      const size_t keyframes = slam.Snapshot().Keyframes().size();
       if (keyframes < kFirstCheck) next_check = kFirstCheck;  // the map was begun anew
       if (keyframes < next_check) continue;
       next_check = static_cast<size_t>(std::ceil(kNextCheck * static_cast<double>(keyframes)));

@@ -1,7 +1,9 @@
 #include "oaslam/localization/image_search.h"
 
+#include <algorithm>
 #include <utility>
 
+#include "oaslam/error.h"
 #include "oaslam/map/camera_replacement.h"
 #include "oaslam/util/stopwatch.h"
 
@@ -28,8 +30,57 @@ RelocalizationResult ResultOf(const Relocalization& found) {
   return result;
 }
 
+void CheckOptions(const RelocalizeOptions& options, const ImageInput& input) {
+  CheckMode(options.mode);
+  CheckPose(options.prior);
+  CheckGravity(input.gravity_in_cam);
+  if (options.camera) CheckCamera(*options.camera);
+  const bool has_image = !input.image.empty();
+  if (options.camera && options.unknown_camera)
+    throw InputError("relocalize: a camera is given, and said to be unknown");
+  if (!has_image && options.unknown_camera)
+    throw InputError("relocalize: without an image the camera must be known");
+  if (has_image && options.follow)
+    throw InputError("relocalize: only boxes are followed: give no image, or use Process");
+}
+
+Camera UnknownCamera(const cv::Size& size) {
+  Camera camera;
+  camera.width = size.width;
+  camera.height = size.height;
+  camera.fx = camera.fy = std::max(camera.width, camera.height);
+  camera.cx = (camera.width - 1) / 2.0;
+  camera.cy = (camera.height - 1) / 2.0;
+  CheckCamera(camera);
+  return camera;
+}
+
+RelocalizationResult FindImage(const ImageInput& input, const Camera& camera,
+                               const RelocalizeOptions& options, const Map& map,
+                               const SlamConfig& config, FrameMaker& maker,
+                               Relocalizer& relocalizer) {
+  const Stopwatch watch;
+  const bool has_image = !input.image.empty();
+  Frame frame;
+  if (has_image) {
+    frame = maker.Make(input, 0, config.features.count, map.classes);
+  } else {
+    frame.camera = std::make_shared<const Camera>(camera);
+    frame.detections = CheckedDetections(camera, input.detections);
+    frame.gravity_in_cam = input.gravity_in_cam;
+  }
+  const double ms_features = watch.WallMs();
+  Rng rng(static_cast<uint64_t>(config.runner.seed));
+  RelocalizationResult result =
+      ResultOf(relocalizer.Find(frame, map, has_image ? options.mode : RelocalizationMode::kObjects,
+                                rng, nullptr, options.prior));
+  result.ms_features = ms_features;
+  result.ms = watch.WallMs() - ms_features;
+  return result;
+}
+
 RelocalizationResult FindWithUnknownCamera(const ImageInput& input, const Camera& camera,
-                                           const Map& map, RelocalizationMode mode,
+                                           const RelocalizeOptions& options, const Map& map,
                                            const SlamConfig& config, FrameMaker& maker,
                                            Relocalizer& relocalizer) {
   const Stopwatch watch;
@@ -42,7 +93,8 @@ RelocalizationResult FindWithUnknownCamera(const ImageInput& input, const Camera
   frame.detections = IdealDetections(plain, input.detections);
   const double ms_features = watch.WallMs();
   Rng rng(static_cast<uint64_t>(config.runner.seed));
-  RelocalizationResult result = ResultOf(relocalizer.FindWithUnknownCamera(frame, map, mode, rng));
+  RelocalizationResult result =
+      ResultOf(relocalizer.FindWithUnknownCamera(frame, map, options.mode, rng));
   result.ms_features = ms_features;
   result.ms = watch.WallMs() - ms_features;
   return result;

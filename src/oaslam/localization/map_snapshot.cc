@@ -1,104 +1,188 @@
 #include "oaslam/map_snapshot.h"
 
+#include <atomic>
 #include <utility>
 
 #include "oaslam/anchors/editing.h"
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/localization/snapshot_maker.h"
+#include "oaslam/localization/snapshot_content.h"
 
 namespace oaslam {
-
-struct OASLAM_LOCAL MapSnapshot::Content {
-  std::shared_ptr<const Map> map;
-  std::shared_ptr<const ClassNames> names;
-  int first_frame = 0;
-  uint64_t version = 0;
-};
-
 namespace {
+
+MapSnapshot::Keyframe ElementOf(const MapSnapshot::Content& content, KeyframeId id,
+                                const Keyframe& k) {
+  const int frame = k.frame_index - content.first_frame;
+  return {id, frame < 0 ? std::nullopt : std::optional(frame), k.timestamp, k.camera,
+          k.cam_from_world.Inverse()};
+}
+
+MapSnapshot::Landmark ElementOf(const MapSnapshot::Content&, LandmarkId id, const Landmark& l) {
+  return {id, l.position, static_cast<int>(l.observations.size())};
+}
+
+MapSnapshot::Object ElementOf(const MapSnapshot::Content& content, ObjectId id, const Object& o) {
+  return {
+      id,          o.category_id, o.name.empty() ? NameOf(*content.names, o.category_id) : o.name,
+      o.ellipsoid, o.covariance,  o.total_observations,
+      o.has_moved};
+}
+
+bool IsShown(const Keyframe&) { return true; }
+bool IsShown(const Landmark&) { return true; }
+bool IsShown(const Object& o) { return o.state == ObjectState::kMapped; }
+
+template <typename Element, typename Id, typename T>
+std::optional<Element> FindElement(const MapSnapshot::Content& content, const Table<Id, T>& table,
+                                   Id id) {
+  const T* value = table.Find(id);
+  if (!value || !IsShown(*value)) return std::nullopt;
+  return ElementOf(content, id, *value);
+}
+
+template <typename Element, typename Id, typename T>
+std::optional<Element> NextElement(const MapSnapshot::Content& content, const Table<Id, T>& table,
+                                   const Element* last) {
+  const auto from = [&](Id id) { return table.FirstFrom(id); };
+  for (Id id = from(Id(last ? last->id.value + 1 : 0)); id.IsValid(); id = from(Id(id.value + 1)))
+    if (auto found = FindElement<Element>(content, table, id)) return found;
+  return std::nullopt;
+}
 
 MapSnapshot::Observation ObservationOf(const Map& map, KeyframeId id, uint32_t keypoint,
                                        LandmarkId landmark) {
   const Keyframe& keyframe = map.keyframes.At(id);
   const Keypoint& point = keyframe.features->keypoints[keypoint];
-  return {id.value, landmark.value,
+  return {id, landmark, static_cast<int>(keypoint),
           Distort(map.cameras[static_cast<size_t>(keyframe.camera)], point.px.cast<double>()),
           keyframe.features->pyramid.scale[point.octave]};
 }
 
 }  // namespace
 
-MapSnapshot SnapshotMaker::Of(std::shared_ptr<const Map> map,
-                              std::shared_ptr<const ClassNames> names, int first_frame,
-                              uint64_t version) {
+WorldId NewWorld() {
+  static std::atomic<uint32_t> worlds = 0;
+  return WorldId(worlds++);
+}
+
+SavedMap SavedMapOf(const MapSnapshot& snapshot) {
+  const MapSnapshot::Content& content = *snapshot.content();
+  if (content.saved) return *content.saved;
+  return {*content.map, {}, *content.names};
+}
+
+MapSnapshot SnapshotOf(SavedMap content, WorldId world, uint64_t version) {
+  const auto saved = std::make_shared<const SavedMap>(std::move(content));
   return MapSnapshot(std::make_shared<const MapSnapshot::Content>(
-      MapSnapshot::Content{std::move(map), std::move(names), first_frame, version}));
+      MapSnapshot::Content{{saved, &saved->map},
+                           {saved, &saved->class_names},
+                           FramesOf(*saved),
+                           version,
+                           world,
+                           saved}));
+}
+
+MapSnapshot Indexed(const MapSnapshot& snapshot) {
+  if (snapshot.content()->index) return snapshot;
+  MapSnapshot::Content content = *snapshot.content();
+  content.index = std::make_shared<const LandmarkIndex>(*content.map);
+  return MapSnapshot(std::make_shared<const MapSnapshot::Content>(std::move(content)));
+}
+
+MapSnapshot SnapshotSeries::Of(const std::shared_ptr<const Map>& map,
+                               const std::shared_ptr<const ClassNames>& names, int first_frame,
+                               WorldId world) {
+  const MapSnapshot::Content& last = *newest_.content();
+  if (map != last.map || names != last.names || world != last.world)
+    newest_ = MapSnapshot(std::make_shared<const MapSnapshot::Content>(
+        MapSnapshot::Content{map, names, first_frame, ++version_, world}));
+  return newest_;
 }
 
 MapSnapshot::MapSnapshot()
     : content_(std::make_shared<const Content>(
           Content{std::make_shared<const Map>(), std::make_shared<const ClassNames>()})) {}
-MapSnapshot::MapSnapshot(std::shared_ptr<const Content> content) : content_(std::move(content)) {}
 
-size_t MapSnapshot::keyframe_count() const { return content_->map->keyframes.size(); }
-size_t MapSnapshot::landmark_count() const { return content_->map->landmarks.size(); }
-std::vector<Camera> MapSnapshot::Cameras() const { return content_->map->cameras; }
+MapSnapshot MapSnapshot::Load(const std::string& path, int piece) {
+  SavedMap saved = LoadMap(path);
+  LeadWithPiece(path, piece, saved);
+  return SnapshotOf(std::move(saved), NewWorld(), 1);
+}
+
+void MapSnapshot::Save(const std::string& path) const { SaveMap(path, SavedMapOf(*this)); }
+
+const std::vector<Camera>& MapSnapshot::Cameras() const { return content_->map->cameras; }
+const std::map<int, std::string>& MapSnapshot::CategoryNames() const { return *content_->names; }
+WorldId MapSnapshot::world() const { return content_->world; }
 std::optional<Eigen::Vector3d> MapSnapshot::up() const { return content_->map->up; }
+bool MapSnapshot::is_up_measured() const {
+  return content_->map->up && content_->map->up_keyframes > 0;
+}
 bool MapSnapshot::is_metric() const { return content_->map->is_metric; }
 uint64_t MapSnapshot::version() const { return content_->version; }
 std::vector<AnchorPose> MapSnapshot::Anchors() const { return PosesOf(*content_->map); }
 
-std::vector<MapSnapshot::Keyframe> MapSnapshot::Keyframes() const {
-  std::vector<Keyframe> found;
-  found.reserve(keyframe_count());
-  content_->map->keyframes.ForEach([&](KeyframeId id, const oaslam::Keyframe& k) {
-    const int frame = k.frame_index - content_->first_frame;
-    found.push_back({id.value, frame < 0 ? std::nullopt : std::optional(frame), k.timestamp,
-                     k.camera, k.cam_from_world.Inverse()});
-  });
-  return found;
+std::vector<StampedPose> MapSnapshot::Trajectory() const {
+  const Map& map = *content_->map;
+  return content_->saved ? WorldPoses(map, content_->saved->trajectory) : KeyframePoses(map);
 }
 
-std::vector<MapSnapshot::Landmark> MapSnapshot::Landmarks() const {
-  std::vector<Landmark> found;
-  found.reserve(landmark_count());
-  content_->map->landmarks.ForEach([&](LandmarkId id, const oaslam::Landmark& l) {
-    found.push_back({id.value, l.position, static_cast<int>(l.observations.size())});
-  });
-  return found;
+std::optional<MapSnapshot::Keyframe> MapSnapshot::Find(KeyframeId id) const {
+  return FindElement<Keyframe>(*content_, content_->map->keyframes, id);
+}
+std::optional<MapSnapshot::Landmark> MapSnapshot::Find(LandmarkId id) const {
+  return FindElement<Landmark>(*content_, content_->map->landmarks, id);
+}
+std::optional<MapSnapshot::Object> MapSnapshot::Find(ObjectId id) const {
+  return FindElement<Object>(*content_, content_->map->objects, id);
 }
 
-std::vector<MapSnapshot::Object> MapSnapshot::Objects() const {
-  std::vector<Object> found;
-  content_->map->objects.ForEach([&](ObjectId id, const oaslam::Object& o) {
-    if (o.state != ObjectState::kMapped) return;
-    found.push_back({id.value, o.category_id,
-                     o.name.empty() ? NameOf(*content_->names, o.category_id) : o.name, o.ellipsoid,
-                     o.covariance, o.total_observations, o.has_moved});
-  });
-  return found;
+std::optional<MapSnapshot::Keyframe> MapSnapshot::Next(const Content& content,
+                                                       const Keyframe* last) {
+  return NextElement(content, content.map->keyframes, last);
+}
+std::optional<MapSnapshot::Landmark> MapSnapshot::Next(const Content& content,
+                                                       const Landmark* last) {
+  return NextElement(content, content.map->landmarks, last);
+}
+std::optional<MapSnapshot::Object> MapSnapshot::Next(const Content& content, const Object* last) {
+  return NextElement(content, content.map->objects, last);
 }
 
-std::vector<MapSnapshot::Observation> MapSnapshot::ObservationsInKeyframe(uint32_t keyframe) const {
+size_t MapSnapshot::Count(const Content& content, const Keyframe*) {
+  return content.map->keyframes.size();
+}
+size_t MapSnapshot::Count(const Content& content, const Landmark*) {
+  return content.map->landmarks.size();
+}
+size_t MapSnapshot::Count(const Content& content, const Object*) {
+  return static_cast<size_t>(content.map->CountMappedObjects());
+}
+
+std::vector<MapSnapshot::Observation> MapSnapshot::Observations(KeyframeId id) const {
   std::vector<Observation> found;
   const Map& map = *content_->map;
-  const oaslam::Keyframe* k = map.keyframes.Find(KeyframeId(keyframe));
+  const oaslam::Keyframe* k = map.keyframes.Find(id);
   if (!k) return found;
   for (size_t i = 0; i < k->landmarks.size(); ++i)
     if (k->landmarks[i].IsValid())
-      found.push_back(
-          ObservationOf(map, KeyframeId(keyframe), static_cast<uint32_t>(i), k->landmarks[i]));
+      found.push_back(ObservationOf(map, id, static_cast<uint32_t>(i), k->landmarks[i]));
   return found;
 }
 
-std::vector<MapSnapshot::Observation> MapSnapshot::ObservationsOfLandmark(uint32_t landmark) const {
+std::vector<MapSnapshot::Observation> MapSnapshot::Observations(LandmarkId id) const {
   std::vector<Observation> found;
   const Map& map = *content_->map;
-  const oaslam::Landmark* l = map.landmarks.Find(LandmarkId(landmark));
+  const oaslam::Landmark* l = map.landmarks.Find(id);
   if (!l) return found;
   for (const oaslam::Observation& o : l->observations)
-    found.push_back(ObservationOf(map, o.keyframe, o.keypoint, LandmarkId(landmark)));
+    found.push_back(ObservationOf(map, o.keyframe, o.keypoint, id));
   return found;
+}
+
+std::span<const MapSnapshot::Descriptor> MapSnapshot::Descriptors(KeyframeId id) const {
+  const oaslam::Keyframe* k = content_->map->keyframes.Find(id);
+  return k ? std::span<const Descriptor>(k->features->descriptors) : std::span<const Descriptor>();
 }
 
 }  // namespace oaslam

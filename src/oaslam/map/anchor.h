@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
+#include "oaslam/ids.h"
 #include "oaslam/rigid3.h"
-#include "oaslam/util/ids.h"
 
 namespace oaslam {
 

@@ -9,10 +9,10 @@
 #include "oaslam/camera.h"
 #include "oaslam/features/features.h"
 #include "oaslam/features/grey_image.h"
+#include "oaslam/ids.h"
 #include "oaslam/map/label_shares.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/types.h"
-#include "oaslam/util/ids.h"
 
 namespace oaslam {
 

@@ -12,13 +12,13 @@
 #include "oaslam/camera.h"
 #include "oaslam/class_relations.h"
 #include "oaslam/features/features.h"
+#include "oaslam/ids.h"
 #include "oaslam/map/anchor.h"
 #include "oaslam/map/frame.h"
 #include "oaslam/map/label_shares.h"
 #include "oaslam/map/table.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/types.h"
-#include "oaslam/util/ids.h"
 
 namespace oaslam {
 

@@ -7,9 +7,9 @@
 
 #include "oaslam/camera.h"
 #include "oaslam/features/features.h"
+#include "oaslam/ids.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/types.h"
-#include "oaslam/util/ids.h"
 
 namespace oaslam {
 

@@ -165,9 +165,12 @@ class Table {
   bool empty() const { return size_ == 0; }
 
   // The lowest id; invalid in an empty table.
-  Id First() const {
-    for (uint32_t page = 0; page < pages_.size(); ++page)
-      for (uint32_t slot = 0; pages_[page] && slot < kPageSize; ++slot)
+  Id First() const { return FirstFrom(Id(0)); }
+  // The lowest id that is not below `from`; invalid where there is none.
+  Id FirstFrom(Id from) const {
+    uint32_t slot = from.value % kPageSize;
+    for (uint32_t page = from.value / kPageSize; page < pages_.size(); ++page, slot = 0)
+      for (; pages_[page] && slot < kPageSize; ++slot)
         if (pages_[page]->Find(slot)) return Id(page * kPageSize + slot);
     return {};
   }

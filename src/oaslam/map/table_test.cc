@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "oaslam/util/ids.h"
+#include "oaslam/ids.h"
 
 namespace oaslam {
 namespace {

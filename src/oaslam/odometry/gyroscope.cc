@@ -145,12 +145,18 @@ void Gyroscope::Learn(const Comparison& comparison) {
   Calibrate();
 }
 
-Gyroscope::State Gyroscope::state() const {
-  if (!is_trusted_) return State::kRefused;
+GyroscopeCalibration Gyroscope::calibration() const {
+  GyroscopeCalibration known = calibration_;
+  known.state = state();
+  return known;
+}
+
+GyroscopeState Gyroscope::state() const {
+  if (!is_trusted_) return GyroscopeState::kRefused;
   return calibration_.sigma_offset_s < kOffsetBefore / 2 &&
                  calibration_.sigma_bias < kBiasBefore / 2
-             ? State::kCalibrated
-             : State::kUnknown;
+             ? GyroscopeState::kCalibrated
+             : GyroscopeState::kUnknown;
 }
 
 void Gyroscope::Calibrate() {

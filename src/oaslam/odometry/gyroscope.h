@@ -11,27 +11,11 @@
 
 namespace oaslam {
 
-// The errors of a gyroscope and of its clock. A sample with the time stamp t + offset_s belongs to
-// an image with the time stamp t. Before the images tell anything, bias and offset are zero and the
-// sigmas are those of what a phone may have.
-struct GyroscopeCalibration {
-  Eigen::Vector3d bias = Eigen::Vector3d::Zero();  // rad/s, to be subtracted
-  double sigma_bias = 0;                           // rad/s, of each axis
-  double offset_s = 0, sigma_offset_s = 0;
-  double sigma = 0;  // rad, of each axis: what images and samples differ by from image to image
-};
-
 // A gyroscope beside a camera. Its bias and its time offset are those with which it explains best
 // how the images turned in the last half minute.
 class Gyroscope {
  public:
   static constexpr double kMostOffset = 0.25;  // s: the offset is looked for up to here
-
-  enum class State {
-    kUnknown,     // the images have not told more about it than what is true of any phone's
-    kCalibrated,  // bias and offset are known from the images
-    kRefused      // most images contradict the samples: axes, unit or clock may be wrong
-  };
 
   Gyroscope();
 
@@ -46,9 +30,9 @@ class Gyroscope {
   // there.
   void Compare(double first_s, double second_s, const Eigen::Quaterniond& second_from_first);
 
-  State state() const;
-  // The last one that the images did not contradict.
-  const GyroscopeCalibration& calibration() const { return calibration_; }
+  GyroscopeState state() const;
+  // The last calibration that the images did not contradict, with the present state.
+  GyroscopeCalibration calibration() const;
 
  private:
   struct Orientation {

@@ -35,9 +35,9 @@ class GyroscopeTest : public testing::Test {
     for (int i = 0; i < images; ++i) {
       const double before = time_s_;
       time_s_ += kFrame;
-      const bool was_refused = gyroscope_.state() == Gyroscope::State::kRefused;
+      const bool was_refused = gyroscope_.state() == GyroscopeState::kRefused;
       gyroscope_.Add(SamplesUntil(time_s_ + 0.25, axes));
-      changes_ += (gyroscope_.state() == Gyroscope::State::kRefused) != was_refused;
+      changes_ += (gyroscope_.state() == GyroscopeState::kRefused) != was_refused;
       gyroscope_.Compare(before, time_s_, Measured(before, time_s_));
     }
   }
@@ -72,8 +72,8 @@ class GyroscopeTest : public testing::Test {
 
 TEST_F(GyroscopeTest, BiasAndOffsetAreFound) {
   See(100);
-  ASSERT_EQ(gyroscope_.state(), Gyroscope::State::kCalibrated);
-  const GyroscopeCalibration& found = gyroscope_.calibration();
+  ASSERT_EQ(gyroscope_.state(), GyroscopeState::kCalibrated);
+  const GyroscopeCalibration found = gyroscope_.calibration();
   constexpr double kSigmas = 4;
   EXPECT_LT((found.bias - kBias).cwiseAbs().maxCoeff(), kSigmas * found.sigma_bias);
   EXPECT_LT(found.sigma_bias, 0.1 * kDegree);
@@ -100,7 +100,7 @@ TEST_F(GyroscopeTest, BeforeTheImagesTellAnythingItIsAsUncertainAsAPhones) {
   const double off = TrueTurn(1, 1.1).angularDistance(Eigen::Quaterniond(turn->second_from_first));
   EXPECT_GT(off, 0.1 * kDegree);  // the bias and the offset are in it
   EXPECT_LT(off, 3 * std::sqrt(turn->variance));
-  EXPECT_EQ(gyroscope_.state(), Gyroscope::State::kUnknown);
+  EXPECT_EQ(gyroscope_.state(), GyroscopeState::kUnknown);
 }
 
 TEST_F(GyroscopeTest, WhileTheCameraStandsStillItsOffsetIsNotKnown) {
@@ -109,7 +109,7 @@ TEST_F(GyroscopeTest, WhileTheCameraStandsStillItsOffsetIsNotKnown) {
     gyroscope_.Compare(i * 0.05, (i + 1) * 0.05, Eigen::Quaterniond::Identity());
   }
   EXPECT_LT(gyroscope_.calibration().sigma_bias, 0.2 * kDegree);
-  EXPECT_EQ(gyroscope_.state(), Gyroscope::State::kUnknown);
+  EXPECT_EQ(gyroscope_.state(), GyroscopeState::kUnknown);
 }
 
 TEST_F(GyroscopeTest, WhereSamplesAreMissingItTellsNothing) {
@@ -140,7 +140,7 @@ TEST_F(GyroscopeTest, WrongAxesAreNotBelieved) {
   const Eigen::Matrix3d forward_is_up =
       (Eigen::Matrix3d() << 1, 0, 0, 0, 0, -1, 0, 1, 0).finished();
   See(60, forward_is_up);
-  EXPECT_EQ(gyroscope_.state(), Gyroscope::State::kRefused);
+  EXPECT_EQ(gyroscope_.state(), GyroscopeState::kRefused);
   EXPECT_FALSE(gyroscope_.Between(time_s_ - 0.2, time_s_ - 0.1));
 }
 
@@ -148,17 +148,17 @@ TEST_F(GyroscopeTest, WrongAxesAreNotBelieved) {
 TEST_F(GyroscopeTest, TrustDoesNotChangeFromImageToImage) {
   const Eigen::Vector3d axis = Eigen::Vector3d(1, 1, 0).normalized();
   See(1200, Eigen::AngleAxisd(0.4, axis).toRotationMatrix());
-  EXPECT_EQ(gyroscope_.state(), Gyroscope::State::kRefused);
+  EXPECT_EQ(gyroscope_.state(), GyroscopeState::kRefused);
   EXPECT_EQ(changes_, 1);
   See(400);
-  EXPECT_EQ(gyroscope_.state(), Gyroscope::State::kCalibrated);
+  EXPECT_EQ(gyroscope_.state(), GyroscopeState::kCalibrated);
   EXPECT_EQ(changes_, 2);
 }
 
 TEST_F(GyroscopeTest, AnOffsetBeyondTheSearchedOnesIsNotBelieved) {
   offset_s_ = 0.3;
   See(200);
-  EXPECT_EQ(gyroscope_.state(), Gyroscope::State::kRefused);
+  EXPECT_EQ(gyroscope_.state(), GyroscopeState::kRefused);
   EXPECT_LT(std::abs(gyroscope_.calibration().offset_s), Gyroscope::kMostOffset - 0.005);
   EXPECT_FALSE(gyroscope_.Between(time_s_ - 0.2, time_s_ - 0.1));
 }
@@ -171,7 +171,7 @@ TEST_F(GyroscopeTest, AWrongPoseChangesLittle) {
       RotationOf(Eigen::Vector3d(0, 10, 0) * kDegree) * TrueTurn(time_s_, time_s_ + kFrame));
   time_s_ += kFrame;
   See(5);
-  const GyroscopeCalibration& after = gyroscope_.calibration();
+  const GyroscopeCalibration after = gyroscope_.calibration();
   EXPECT_LT((after.bias - before.bias).norm(), 0.05 * kDegree);
   EXPECT_LT(std::abs(after.offset_s - before.offset_s), 0.001);
 }

@@ -75,7 +75,7 @@ AnchorRequest ReadAnchorRequest(const JsonInput& json) {
   request.model = json["model"].Text();
   if (const auto size = json.Find("size")) request.size = size->Number(1e-6, 1e6);
   if (const auto object = json.Find("object"))
-    request.object = static_cast<uint32_t>(object->Integer(0, INT32_MAX));
+    request.object = ObjectId(static_cast<uint32_t>(object->Integer(0, INT32_MAX)));
   if (const auto pose = json.Find("pose")) {
     request.pose = pose->Pose();
     return request;

@@ -27,9 +27,9 @@ Localized Find(const ServedMap& map, const ImageInput& input, const ImageRequest
                             ? cv::Size(request.camera.camera.width, request.camera.camera.height)
                             : input.image.size();
   const std::optional<Camera> camera = CameraFor(request.camera, size);
-  if (camera) return {map.localizer.Localize(input, *camera, mode, request.prior), camera};
-  RelocalizationResult found = map.localizer.LocalizeWithUnknownCamera(input, mode);
-  const std::optional<Camera> of_image = found.camera;
+  RelocalizationResult found =
+      map.localizer.Relocalize(input, {.mode = mode, .prior = request.prior, .camera = camera});
+  const std::optional<Camera> of_image = camera ? camera : found.camera;
   return {std::move(found), of_image};
 }
 

@@ -129,7 +129,7 @@ Json JsonOf(const AnchorPose& anchor, int64_t version) {
                {"model", anchor.model},
                {"size", anchor.size},
                {"pose", JsonOf(anchor.world_from_anchor)}};
-  if (anchor.object) json["object"] = *anchor.object;
+  if (anchor.object) json["object"] = anchor.object->value;
   json["version"] = version;
   return json;
 }

@@ -11,7 +11,7 @@
 #include "oaslam/detection/view_change.h"
 #include "oaslam/error.h"
 #include "oaslam/service/received_image.h"
-#include "oaslam/system/slam_access.h"
+#include "oaslam/slam.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
@@ -78,17 +78,10 @@ void Recording::EstimateCamera(const cv::Mat& image, double time) {
 
 Json Recording::Progress(const char* phase, const std::string& text) const {
   Json message = {{"type", "progress"}, {"phase", phase}};
-  size_t keyframes = 0, landmarks = 0;
-  int objects = 0;
-  if (slam_) {
-    const std::shared_ptr<const Map> map = SlamAccess::View(*slam_).map;
-    keyframes = map->keyframes.size();
-    landmarks = map->landmarks.size();
-    objects = map->CountMappedObjects();
-  }
-  message["keyframes"] = keyframes;
-  message["landmarks"] = landmarks;
-  message["objects"] = objects;
+  const MapSnapshot map = slam_ ? slam_->Snapshot() : MapSnapshot();
+  message["keyframes"] = map.Keyframes().size();
+  message["landmarks"] = map.Landmarks().size();
+  message["objects"] = map.Objects().size();
   message["text"] = text;
   return message;
 }
@@ -130,8 +123,8 @@ StreamStep Recording::Image(const ImageRequest& request, const nlohmann::json& h
     input.detections = state_->detectors.Detect(input.image);
   const TrackingResult tracked = slam_->Process(input);
   answer["state"] = ToString(tracked.state);
-  if (tracked.world_from_cam) {
-    answer["pose"] = JsonOf(*tracked.world_from_cam);
+  if (const std::optional<Rigid3> pose = tracked.PoseIn(tracked.world)) {
+    answer["pose"] = JsonOf(*pose);
     answer["depth"] = tracked.depth;
   }
   answer["confidence"] = tracked.confidence;
@@ -141,7 +134,7 @@ StreamStep Recording::Image(const ImageRequest& request, const nlohmann::json& h
   const bool has_no_map =
       tracked.state == TrackingState::kInitializing || tracked.state == TrackingState::kPreliminary;
   const char* text = has_no_map ? "Move sideways slowly, past things with details."
-                     : tracked.world_from_cam
+                     : tracked.HasPose()
                          ? "Walk around what is to be mapped, and come back to where you began."
                          : "Lost: go back to where you were, and move slowly.";
   return {{std::move(answer), Progress("mapping", text)}, false};
@@ -157,7 +150,7 @@ StreamStep Recording::Command(const nlohmann::json& message) {
 StreamStep Recording::Save() {
   if (!slam_) throw InputError("there is no map yet: the camera has to be known first");
   slam_->Finish();
-  if (SlamAccess::View(*slam_).map->keyframes.size() < kLeastKeyframes)
+  if (slam_->Snapshot().Keyframes().size() < kLeastKeyframes)
     throw InputError("there is no map yet: it takes a camera that moves sideways past things");
   // Somebody else may have made one meanwhile.
   if (state_->shelf.store().Find(name_))

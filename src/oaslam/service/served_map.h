@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "oaslam/anchors/editing.h"
-#include "oaslam/localization/image_search.h"
+#include "oaslam/localization/snapshot_content.h"
+#include "oaslam/map_localizer.h"
 #include "oaslam/service/georeference.h"
 #include "oaslam/service/map_store.h"
 
@@ -23,10 +24,10 @@ struct ServedMap {
   ServedMap(const MapFile& file, const SlamConfig& config);
 
   StoredMap stored;
-  ImageLocalizer localizer;
+  MapLocalizer localizer;
   size_t bytes = 0;  // of memory, estimated
 
-  const SavedMap& saved() const { return *LocalizerAccess::MapOf(localizer).saved; }
+  const SavedMap& saved() const { return *localizer.map().content()->saved; }
 };
 
 // What was edited of a map: a value that is replaced as a whole.

@@ -89,7 +89,7 @@ AnchorOutcome PlaceAnchor(ServiceState& state, const ServedMap& map, const Ancho
     // next free one is tried.
     for (;;) {
       const AnchorReport report = oaslam::PlaceAnchor(now, request, anchors);
-      if (report.name.empty())
+      if (!report.IsDone())
         return {is_named && now.anchors.contains(request.name) ? kConflict : kBadRequest,
                 report.why_not, request.name};
       if (state.shelf.store().EditAnchor(map.stored.name, report.name, anchors.at(report.name),
@@ -106,10 +106,11 @@ AnchorOutcome ChangeAnchor(ServiceState& state, const ServedMap& map, const std:
                            const AnchorEdit& edit) {
   return Edit(state, map, name, [&](const Map& now) -> AnchorOutcome {
     Anchors anchors = now.anchors;
-    if (const std::string problem = oaslam::EditAnchor(now, name, edit, anchors); !problem.empty())
-      return {edit.name && now.anchors.contains(*edit.name) ? kConflict : kBadRequest, problem,
-              name};
-    const std::string name_now = edit.name.value_or(name);
+    const AnchorReport report = oaslam::EditAnchor(now, name, edit, anchors);
+    if (!report.IsDone())
+      return {edit.name && now.anchors.contains(*edit.name) ? kConflict : kBadRequest,
+              report.why_not, name};
+    const std::string& name_now = report.name;
     const bool is_renamed = name_now != name;
     if (!state.shelf.store().EditAnchor(map.stored.name, name_now, anchors.at(name_now), is_renamed,
                                         is_renamed ? name : ""))

@@ -7,7 +7,7 @@
 
 #include "oaslam/error.h"
 #include "oaslam/service/received_image.h"
-#include "oaslam/system/slam_access.h"
+#include "oaslam/slam.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
@@ -96,7 +96,7 @@ StreamStep Tracking::Command(const nlohmann::json& message) {
     request.origin = json["origin"].Vector();
     request.direction = json["direction"].Vector();
     if (const auto object = json.Find("object"))
-      request.object = static_cast<uint32_t>(object->Integer(0, INT32_MAX));
+      request.object = ObjectId(static_cast<uint32_t>(object->Integer(0, INT32_MAX)));
     if (const auto size = json.Find("size")) request.size = size->Number();
     return Told(PlaceAnchor(*state_, *map_, request));
   }
@@ -115,8 +115,7 @@ StreamStep Tracking::Command(const nlohmann::json& message) {
 std::optional<Camera> Tracking::CameraOf(const ImageRequest& request, const ImageInput& input) {
   if (const auto camera = CameraFor(request.camera, input.image.size())) return camera;
   if (camera_ && cv::Size(camera_->width, camera_->height) == input.image.size()) return camera_;
-  return map_->localizer.LocalizeWithUnknownCamera(input, RelocalizationMode::kPointsAndObjects)
-      .camera;
+  return map_->localizer.Relocalize(input).camera;
 }
 
 StreamStep Tracking::Image(const ImageRequest& request, const nlohmann::json& header, int dropped) {
@@ -141,15 +140,16 @@ StreamStep Tracking::Image(const ImageRequest& request, const nlohmann::json& he
     config.runner.mode = RunnerMode::kSequential;  // no threads of its own
     slam_ = std::make_unique<Slam>(config, *camera);
     slam_->SetMapping(false);
-    SlamAccess::Load(*slam_, LocalizerAccess::MapOf(map_->localizer));
+    slam_->Load(map_->localizer.map());
     camera_ = camera;
   }
   TrackingResult tracked;
   if (slam_ && camera) tracked = slam_->Process(input);
-  is_lost_ = !tracked.world_from_cam;
+  const std::optional<Rigid3> pose = tracked.PoseIn(tracked.world);
+  is_lost_ = !pose;
   answer["state"] = ToString(tracked.state);
-  if (tracked.world_from_cam) {
-    answer["pose"] = JsonOf(*tracked.world_from_cam);
+  if (pose) {
+    answer["pose"] = JsonOf(*pose);
     answer["depth"] = tracked.depth;
   }
   answer["confidence"] = tracked.confidence;

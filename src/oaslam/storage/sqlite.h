@@ -8,9 +8,9 @@
 #include <string>
 #include <string_view>
 
+#include "oaslam/ids.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/types.h"
-#include "oaslam/util/ids.h"
 
 namespace oaslam {
 

@@ -40,13 +40,10 @@ TEST(DetectionInput, EveryWayInChecksTheBoxes) {
     const int frame = slam.Process(follows).frame;  // the refused input had no effect
     EXPECT_EQ(frame, 0);
     EXPECT_THAT(InputErrorOf([&] { slam.AddDetections(frame, bad); }), is_named);
-    EXPECT_THAT(InputErrorOf([&] { slam.Relocalize(Image(2, bad), RelocalizationMode::kObjects); }),
+    EXPECT_THAT(InputErrorOf([&] { slam.Relocalize(Image(2, bad)); }), is_named);
+    EXPECT_THAT(InputErrorOf([&] { slam.Relocalize(Image(2, bad), {.unknown_camera = true}); }),
                 is_named);
-    EXPECT_THAT(InputErrorOf([&] {
-                  slam.RelocalizeWithUnknownCamera(Image(2, bad), RelocalizationMode::kObjects);
-                }),
-                is_named);
-    EXPECT_THAT(InputErrorOf([&] { slam.RelocalizeByObjects(bad); }), is_named);
+    EXPECT_THAT(InputErrorOf([&] { slam.Relocalize({.image = {}, .detections = bad}); }), is_named);
   }
 }
 
@@ -56,11 +53,12 @@ TEST(DetectionInput, ScoresAndCategoriesAreCheckedToo) {
                 slam.Process(Image(1, {{.category_id = 41, .score = 57, .box = {10, 10, 60, 60}}}));
               }),
               AllOf(HasSubstr("detection 0"), HasSubstr("score: 57"), HasSubstr("0 to 1")));
-  EXPECT_THAT(
-      InputErrorOf([&] {
-        slam.RelocalizeByObjects({{.category_id = -1, .score = 0.5, .box = {10, 10, 60, 60}}});
-      }),
-      HasSubstr("category_id: -1"));
+  EXPECT_THAT(InputErrorOf([&] {
+                slam.Relocalize(
+                    {.image = {},
+                     .detections = {{.category_id = -1, .score = 0.5, .box = {10, 10, 60, 60}}}});
+              }),
+              HasSubstr("category_id: -1"));
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ void ObjectAudit::Add(const Frame& frame, const Rigid3& cam_from_world, const Ma
     const Object& object = map.objects.At(sighting.object);
     auto& [presence, absence] = audited_[sighting.object];
     absence += AbsenceEvidence(sighting.place, interval, object);
-    presence = {sighting.object.value, object.category_id, presence.expected + 1,
+    presence = {sighting.object, object.category_id, presence.expected + 1,
                 presence.seen + (sighting.place == PlaceEvidence::kInPlace),
                 IsProvenAbsent(absence)};
   }

@@ -7,10 +7,10 @@
 
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/localization/image_search.h"
-#include "oaslam/system/slam_access.h"
+#include "oaslam/localization/snapshot_content.h"
 #include "oaslam/system/slam_impl.h"
+#include "oaslam/system/slam_view.h"
 #include "oaslam/util/log.h"
-#include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
 
@@ -35,29 +35,11 @@ void Slam::SetRelocalizationMode(RelocalizationMode mode) {
   impl_->atlas_->SetRelocalizationMode(mode);
 }
 
-RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMode mode,
-                                      const std::optional<Rigid3>& prior) {
-  CheckMode(mode);
-  CheckPose(prior);
-  const Stopwatch watch;
-  const Frame frame = impl_->MakeFrame(input, 0, impl_->config_.features.count);
-  return impl_->Find(frame, mode, watch.WallMs(), nullptr, prior);
-}
-
-RelocalizationResult Slam::RelocalizeWithUnknownCamera(const ImageInput& input,
-                                                       RelocalizationMode mode) {
-  CheckMode(mode);
-  CheckGravity(input.gravity_in_cam);
-  return FindWithUnknownCamera(input, impl_->camera_, *impl_->session().snapshot(), mode,
-                               impl_->config_, impl_->frame_maker_, impl_->relocalizer_);
-}
-
-RelocalizationResult Slam::RelocalizeByObjects(
-    const std::vector<Detection>& detections,
-    const std::optional<Eigen::Vector3d>& gravity_in_cam) {
-  CheckGravity(gravity_in_cam);
-  return impl_->Find(impl_->FrameOf(0, detections, gravity_in_cam), RelocalizationMode::kObjects,
-                     0);
+RelocalizationResult Slam::Relocalize(const ImageInput& input, const RelocalizeOptions& options) {
+  CheckOptions(options, input);
+  RelocalizationResult result = impl_->Relocalize(input, options);
+  result.world = impl_->world();
+  return result;
 }
 
 void Slam::SetMapping(bool enabled) {
@@ -73,10 +55,10 @@ void Slam::ForceRelocalization(const std::optional<Rigid3>& near) {
   impl_->PostChange();
 }
 
-FrameView SlamAccess::View(const Slam& slam) {
-  const Session& session = slam.impl_->atlas_->main();
-  FrameView view = session.tracker().View();
-  view.map = session.snapshot();
+std::shared_ptr<const Slam::View> Slam::NewestView() const {
+  const Session& session = impl_->atlas_->main();
+  auto view = std::make_shared<View>(View{session.tracker().View()});
+  view->frame.map = session.snapshot();
   return view;
 }
 
@@ -96,29 +78,21 @@ void Slam::SetClassRelations(const ClassRelations& relations) {
 
 std::vector<AnchorPose> Slam::Anchors() const { return PosesOf(*impl_->session().snapshot()); }
 
-// These functions edit the newest map, not the tracker's snapshot: commands that are still queued
-// may change the scale of the map.
 AnchorReport Slam::PlaceAnchor(const AnchorRequest& request) {
-  const std::shared_ptr<const Map> map = impl_->session().Newest();
-  std::map<std::string, Anchor> anchors = map->anchors;
-  AnchorReport report = oaslam::PlaceAnchor(*map, request, anchors);
-  if (!report.name.empty()) impl_->SetAnchors(std::move(anchors));
-  return report;
+  return impl_->ChangeAnchors([&](const Map& map, oaslam::Anchors& anchors) {
+    return oaslam::PlaceAnchor(map, request, anchors);
+  });
 }
 
-std::string Slam::EditAnchor(const std::string& name, const AnchorEdit& edit) {
-  const std::shared_ptr<const Map> map = impl_->session().Newest();
-  std::map<std::string, Anchor> anchors = map->anchors;
-  std::string problem = oaslam::EditAnchor(*map, name, edit, anchors);
-  if (problem.empty()) impl_->SetAnchors(std::move(anchors));
-  return problem;
+AnchorReport Slam::EditAnchor(const std::string& name, const AnchorEdit& edit) {
+  return impl_->ChangeAnchors([&](const Map& map, oaslam::Anchors& anchors) {
+    return oaslam::EditAnchor(map, name, edit, anchors);
+  });
 }
 
-bool Slam::RemoveAnchor(const std::string& name) {
-  std::map<std::string, Anchor> anchors = impl_->session().Newest()->anchors;
-  if (anchors.erase(name) == 0) return false;
-  impl_->SetAnchors(std::move(anchors));
-  return true;
+AnchorReport Slam::RemoveAnchor(const std::string& name) {
+  return impl_->ChangeAnchors(
+      [&](const Map&, oaslam::Anchors& anchors) { return oaslam::RemoveAnchor(name, anchors); });
 }
 
 std::vector<ObjectPresence> Slam::Presence() const { return impl_->audit_.Report(); }
@@ -145,7 +119,8 @@ void Slam::SetMetresPerUnit(double metres) {
   if (!impl_->session().failure()) {
     for (FramePose& pose : impl_->loaded_trajectory_) pose.cam_from_reference.translation *= metres;
     impl_->trails_ = {};
-    ScaleLengths(metres, impl_->newest_);
+    impl_->BeginWorld();
+    impl_->newest_.ScaleLengths(metres);
     impl_->PostChange();
   }
   impl_->ExpectMapping();
@@ -156,29 +131,16 @@ std::vector<StampedPose> Slam::Trajectory() const {
   return WorldPoses(*session.snapshot(), session.tracker().trajectory(), impl_->first_index_);
 }
 
-uint64_t SlamAccess::BeginningOf(const Slam& slam) { return slam.impl_->beginning_; }
+GyroscopeCalibration Slam::Gyroscope() const { return impl_->odometry_->gyroscope().calibration(); }
 
-const ClassNames& SlamAccess::NamesOf(const Slam& slam) { return *slam.impl_->class_names_; }
-
-void ScaleLengths(double factor, TrackingResult& result) {
-  if (result.world_from_cam) result.world_from_cam->translation *= factor;
-  result.depth *= factor;
-  result.covariance.topRows<3>() *= factor;
-  result.covariance.leftCols<3>() *= factor;
-}
-
-const Gyroscope& SlamAccess::GyroscopeOf(const Slam& slam) {
-  return slam.impl_->odometry_->gyroscope();
-}
-
-SavedMap SlamAccess::Export(const Slam& slam) {
-  const Slam::Impl& impl = *slam.impl_;
+MapSnapshot Slam::WholeMap() const {
+  const Impl& impl = *impl_;
   SavedMap saved{*impl.atlas_->main().Mapped(), impl.loaded_trajectory_, *impl.class_names_,
                  impl.atlas_->Others()};
   AdoptPoses(impl.session().tracker().trajectory(), 1, saved.trajectory);
   saved.recordings = impl.loaded_recordings_;
   if (FramesOf(saved) > impl.first_index_) saved.recordings.push_back(impl.recording_);
-  return saved;
+  return SnapshotOf(std::move(saved), impl.world(), impl.Snapshot().version());
 }
 
 void Slam::SetMask(const cv::Mat& mask) {
@@ -202,26 +164,22 @@ void Slam::NameRecording(const std::string& name, const std::string& images) {
   impl_->recording_.images = images;
 }
 
-int Slam::MainPiece() const { return impl_->atlas_->main_number(); }
+void Slam::Save(const std::string& path) const { WholeMap().Save(path); }
 
-void Slam::Save(const std::string& path) const { SaveMap(path, SlamAccess::Export(*this)); }
+void Slam::Load(const std::string& path, int piece) { Load(MapSnapshot::Load(path, piece)); }
 
-void Slam::Load(const std::string& path, int piece) {
-  SavedMap saved = LoadMap(path);
-  LeadWithPiece(path, piece, saved);
-  impl_->Begin(std::move(saved), true);
-}
-
-void SlamAccess::Load(Slam& slam, const IndexedMap& map) {
-  slam.impl_->Begin(*map.saved, true);  // shares its tables
-  slam.impl_->session().tracker().Use(map.index);
-  slam.impl_->relocalizer_.Use(map.index);
+void Slam::Load(const MapSnapshot& map) {
+  impl_->Begin(SavedMapOf(map), map.world(), true);
+  const std::shared_ptr<const LandmarkIndex>& index = map.content()->index;
+  if (!index) return;
+  impl_->session().tracker().Use(index);
+  impl_->relocalizer_.Use(index);
 }
 
 void Slam::Reset() {
   SavedMap empty;
   empty.map.classes = impl_->session().snapshot()->classes;
-  impl_->Begin(std::move(empty), false);
+  impl_->Begin(std::move(empty), NewWorld(), false);
 }
 
 MapSnapshot Slam::Snapshot() const { return impl_->Snapshot(); }
@@ -242,7 +200,7 @@ std::vector<TrackedPoint> Slam::TrackedPoints() const {
     const Landmark* landmark =
         view.landmarks.empty() ? nullptr : map.landmarks.Find(view.landmarks[i]);
     if (landmark) {
-      point.landmark = view.landmarks[i].value;
+      point.landmark = view.landmarks[i];
       point.position = landmark->position;
     }
     points.push_back(point);

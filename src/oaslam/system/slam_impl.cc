@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <exception>
 #include <future>
@@ -11,7 +10,6 @@
 
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/localization/image_search.h"
-#include "oaslam/system/slam_access.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/stopwatch.h"
 
@@ -38,10 +36,13 @@ void CheckTimestamp(double timestamp, const std::optional<double>& last) {
 }
 
 void TakePose(const ImagePose& pose, TrackingResult& result) {
+  const bool looked = result.keypoints > 0;  // for landmarks
   result.state = pose.state;
-  if (pose.cam_from_world) result.world_from_cam = pose.cam_from_world->Inverse();
-  result.matched = pose.matched;
-  result.inliers = pose.inliers;
+  result.source = pose.source;
+  result.SetPose(pose.cam_from_world ? std::optional(pose.cam_from_world->Inverse())
+                                     : std::nullopt);
+  result.matched = looked ? std::optional(pose.matched) : std::nullopt;
+  result.inliers = looked ? std::optional(pose.inliers) : std::nullopt;
   result.objects = pose.objects;
   result.confidence = pose.confidence;
   result.covariance = pose.covariance;
@@ -54,19 +55,18 @@ void TakePose(const ImagePose& pose, TrackingResult& result) {
 
 Slam::Impl::Impl(const SlamConfig& config, const Camera& camera)
     : config_(config), camera_(camera), frame_maker_(config, camera), relocalizer_(config) {
-  Begin({}, false);
+  Begin({}, NewWorld(), false);
 }
 
-void Slam::Impl::Begin(SavedMap saved, bool is_loaded) {
+void Slam::Impl::Begin(SavedMap saved, WorldId world, bool is_loaded) {
   const int frames = FramesOf(saved);
   Map& map = saved.map;
   map.AddCamera(camera_);
   auto atlas = std::make_unique<Atlas>(config_, std::move(map), is_loaded, std::move(saved.pieces));
   atlas->SetRelocalizationMode(mode_);
   atlas->SetMapping(is_mapping_);
-  static std::atomic<uint64_t> beginnings = 0;
-  beginning_ = ++beginnings;
   atlas_ = std::move(atlas);
+  worlds_ = {{atlas_->main_number(), world}};
   odometry_.emplace(camera_, OdometryOptions{}, static_cast<uint64_t>(config_.runner.seed));
   odometry_->SetMask(mask_);
   audit_ = {};
@@ -76,6 +76,7 @@ void Slam::Impl::Begin(SavedMap saved, bool is_loaded) {
   has_told_failure_ = false;
   newest_ = {};
   newest_.frame = -1;
+  newest_.world = world;
   newest_.state = is_loaded ? TrackingState::kLost : TrackingState::kInitializing;
   first_index_ = next_index_ = frames;
   loaded_trajectory_ = std::move(saved.trajectory);
@@ -83,6 +84,12 @@ void Slam::Impl::Begin(SavedMap saved, bool is_loaded) {
   recording_.first_frame = frames;
   if (is_loaded) class_names_ = std::make_shared<const ClassNames>(std::move(saved.class_names));
   Post();
+}
+
+WorldId Slam::Impl::world() const {
+  const auto [entry, is_new] = worlds_.try_emplace(atlas_->main_number());
+  if (is_new) entry->second = NewWorld();
+  return entry->second;
 }
 
 void Slam::Impl::SetMask(const ImageMask& mask) {
@@ -103,21 +110,22 @@ void Slam::Impl::Post() {
 }
 
 void Slam::Impl::PostChange() {
-  const int piece = atlas_->main_number();
+  const WorldId now = world();
   const int index = first_index_ + newest_.frame;
   const Tracker& tracker = session().tracker();
   std::optional<Rigid3> cam_from_world;
   if (newest_.frame >= 0) cam_from_world = tracker.PoseOf(index, *session().snapshot());
   if (cam_from_world) {
-    if (!newest_.world_from_cam)
-      newest_.state =
-          tracker.HasTracked(index) ? TrackingState::kTracking : TrackingState::kObjects;
-    newest_.world_from_cam = cam_from_world->Inverse();
-  } else if (piece != newest_.piece && newest_.world_from_cam) {
+    if (!newest_.HasPose()) {
+      const bool is_tracked = tracker.HasTracked(index);
+      newest_.state = is_tracked ? TrackingState::kTracking : TrackingState::kObjects;
+      newest_.source = is_tracked ? PoseSource::kMap : PoseSource::kRegistration;
+    }
+    newest_.SetPose(cam_from_world->Inverse());
+  } else if (now != newest_.world && newest_.HasPose()) {
     TakePose({}, newest_);
-    newest_.world_from_cam.reset();
   }
-  newest_.piece = piece;
+  newest_.world = now;
   Post();
 }
 
@@ -125,10 +133,14 @@ Frame Slam::Impl::MakeFrame(const ImageInput& input, int index, int keypoints) {
   return frame_maker_.Make(input, index, keypoints, session().snapshot()->classes);
 }
 
-Frame Slam::Impl::FrameOf(double timestamp, const std::vector<Detection>& detections,
-                          const std::optional<Eigen::Vector3d>& gravity_in_cam) const {
-  return {0,     timestamp,     frame_maker_.camera(), {}, CheckedDetections(camera_, detections),
-          false, gravity_in_cam};
+Frame Slam::Impl::FrameOfBoxes(const ImageInput& input, double timestamp) const {
+  return {0,
+          timestamp,
+          frame_maker_.camera(),
+          {},
+          CheckedDetections(camera_, input.detections),
+          false,
+          input.gravity_in_cam};
 }
 
 // How the camera moved, as its images tell it; null where this one tells nothing. Adds the CPU
@@ -211,9 +223,9 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   TrackingResult result;
   result.frame = frame.index - first_index_;
   result.timestamp = frame.timestamp;
+  result.world = world();
+  result.keypoints = frame.features_skipped ? 0 : frame.features->size();
   TakePose(step.pose, result);
-  result.keypoints = session().tracker().newest_features();
-  result.piece = atlas_->main_number();
   result.ms_objects = step.ms_objects;
   result.detections = static_cast<int>(input.detections.size());
   result.ms_features = ms_features;
@@ -234,20 +246,20 @@ std::optional<int> Slam::Impl::AddDetections(int frame, const std::vector<Detect
   if (frame == newest_.frame) {
     newest_.detections = static_cast<int>(detections.size());
     newest_.objects = step->pose.objects;
-    if (!newest_.world_from_cam) TakePose(step->pose, newest_);
+    if (!newest_.HasPose()) TakePose(step->pose, newest_);
     Post();
   }
   return step->pose.objects;
 }
 
-RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mode,
-                                      double ms_features, ObjectTrails* trails,
-                                      const std::optional<Rigid3>& prior) {
+RelocalizationResult Slam::Impl::Find(const Frame& frame, const RelocalizeOptions& options,
+                                      double ms_features) {
   // A fresh random generator for each image: no answer depends on the random numbers before.
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
   const Stopwatch watch;
-  const Relocalization found =
-      relocalizer_.Find(frame, *session().snapshot(), mode, rng, trails, prior);
+  const RelocalizationMode mode = frame.features ? options.mode : RelocalizationMode::kObjects;
+  const Relocalization found = relocalizer_.Find(
+      frame, *session().snapshot(), mode, rng, options.follow ? &trails_ : nullptr, options.prior);
   RelocalizationResult result = ResultOf(found);
   result.ms_features = ms_features;
   result.ms = watch.WallMs();
@@ -256,21 +268,36 @@ RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mod
   return result;
 }
 
-RelocalizationResult Slam::FollowByObjects(double timestamp,
-                                           const std::vector<Detection>& detections,
-                                           const std::optional<Eigen::Vector3d>& gravity_in_cam) {
-  CheckGravity(gravity_in_cam);
-  CheckTimestamp(timestamp, impl_->last_followed_);
-  const Frame frame = impl_->FrameOf(timestamp, detections, gravity_in_cam);
-  impl_->last_followed_ = timestamp;
-  return impl_->Find(frame, RelocalizationMode::kObjects, 0, &impl_->trails_);
+RelocalizationResult Slam::Impl::Relocalize(const ImageInput& input,
+                                            const RelocalizeOptions& options) {
+  if (options.unknown_camera)
+    return FindWithUnknownCamera(input, camera_, options, *session().snapshot(), config_,
+                                 frame_maker_, relocalizer_);
+  if (options.camera && *options.camera != camera_) {
+    FrameMaker maker(config_, *options.camera);
+    return FindImage(input, *options.camera, options, *session().snapshot(), config_, maker,
+                     relocalizer_);
+  }
+  if (options.follow) CheckTimestamp(input.timestamp, last_followed_);
+  const Stopwatch watch;
+  const Frame frame = input.image.empty()
+                          ? FrameOfBoxes(input, options.follow ? input.timestamp : 0)
+                          : MakeFrame(input, 0, config_.features.count);
+  if (options.follow) last_followed_ = input.timestamp;
+  return Find(frame, options, watch.WallMs());
 }
 
-void Slam::Impl::SetAnchors(std::map<std::string, Anchor> anchors) {
+AnchorReport Slam::Impl::ChangeAnchors(
+    const std::function<AnchorReport(const Map&, oaslam::Anchors&)>& change) {
+  const std::shared_ptr<const Map> map = session().Newest();
+  oaslam::Anchors anchors = map->anchors;
+  AnchorReport report = change(*map, anchors);
+  if (!report.IsDone()) return report;
   ExpectMapping();
   session().Submit(std::move(anchors));
   PostChange();
   ExpectMapping();
+  return report;
 }
 
 }  // namespace oaslam

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -11,7 +11,7 @@
 #include "oaslam/anchors/editing.h"
 #include "oaslam/localization/frame_maker.h"
 #include "oaslam/localization/relocalizer.h"
-#include "oaslam/localization/snapshot_maker.h"
+#include "oaslam/localization/snapshot_content.h"
 #include "oaslam/odometry/odometry.h"
 #include "oaslam/odometry/still_parts.h"
 #include "oaslam/slam.h"
@@ -31,7 +31,12 @@ class OASLAM_LOCAL Slam::Impl {
 
   // Begins with another map, which is empty unless `is_loaded`; the settings stay. Throws before
   // anything is changed.
-  void Begin(SavedMap saved, bool is_loaded);
+  void Begin(SavedMap saved, WorldId world, bool is_loaded);
+
+  // The world of the main piece of map.
+  WorldId world() const;
+  // The main piece is in a new world from now on.
+  void BeginWorld() { worlds_[atlas_->main_number()] = NewWorld(); }
 
   // For functions that would change the map: throws MappingError where mapping has failed.
   void ExpectMapping();
@@ -39,19 +44,17 @@ class OASLAM_LOCAL Slam::Impl {
   TrackingResult Process(const ImageInput& input);
   std::optional<int> AddDetections(int frame, const std::vector<Detection>& detections);
   Frame MakeFrame(const ImageInput& input, int index, int keypoints);
-  // A frame of detections alone.
-  Frame FrameOf(double timestamp, const std::vector<Detection>& detections,
-                const std::optional<Eigen::Vector3d>& gravity_in_cam) const;
-  RelocalizationResult Find(const Frame& frame, RelocalizationMode mode, double ms_features,
-                            ObjectTrails* trails = nullptr,
-                            const std::optional<Rigid3>& prior = std::nullopt);
+  RelocalizationResult Relocalize(const ImageInput& input, const RelocalizeOptions& options);
   void SetMask(const ImageMask& mask);
-  void SetAnchors(std::map<std::string, Anchor> anchors);
+  // Edits the newest map's anchors, not those that the tracker sees: commands that are still queued
+  // may change the scale of the map.
+  AnchorReport ChangeAnchors(
+      const std::function<AnchorReport(const Map&, oaslam::Anchors&)>& change);
 
   Session& session() { return atlas_->main(); }
   const Session& session() const { return atlas_->main(); }
   MapSnapshot Snapshot() const {
-    return snapshots_.Of(session().snapshot(), class_names_, first_index_);
+    return snapshots_.Of(session().snapshot(), class_names_, first_index_, world());
   }
   // Posts the map to other threads after a change by another call than Process, with the newest
   // image's pose in it.
@@ -72,18 +75,21 @@ class OASLAM_LOCAL Slam::Impl {
       std::make_shared<const ClassNames>(CocoClassNames());
   std::shared_ptr<SlamStates::Board> states_ = std::make_shared<SlamStates::Board>();
   mutable SnapshotSeries snapshots_;
-  TrackingResult newest_;   // as posted last
-  uint64_t beginning_ = 0;  // SlamAccess::BeginningOf
+  TrackingResult newest_;                  // as posted last
+  mutable std::map<int, WorldId> worlds_;  // of pieces that have been the main one, by number
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
   bool is_mapping_ = true;
   // Whether a call has thrown the MappingError already.
   bool has_told_failure_ = false;
   ObjectAudit audit_;
   int first_index_ = 0, next_index_ = 0;  // frames of a loaded map have smaller indices
-  ObjectTrails trails_;                   // of FollowByObjects
-  std::optional<double> last_timestamp_, last_followed_;  // of Process; of FollowByObjects
+  ObjectTrails trails_;                   // of the images followed by Relocalize
+  std::optional<double> last_timestamp_, last_followed_;  // of Process; of these images
 
  private:
+  Frame FrameOfBoxes(const ImageInput& input, double timestamp) const;
+  RelocalizationResult Find(const Frame& frame, const RelocalizeOptions& options,
+                            double ms_features);
   std::shared_ptr<const FrameMotion> FollowMotion(const ImageInput& grey, double& cpu_ms);
   Frame MakeNextFrame(const ImageInput& input, double& cpu_ms);
   void Post();

@@ -8,15 +8,6 @@
 
 namespace oaslam {
 
-// What the pose of an image rests on.
-enum class PoseSource {
-  kNone,          // there is no pose
-  kMap,           // landmarks
-  kMotion,        // the camera's motion since the map was seen, or before there is a map
-  kObjects,       // objects that the image shows
-  kRegistration,  // images before that were found in the map, and the motion since
-};
-
 // Where the camera of an image is in the map, how sure that is, and what supports it.
 struct ImagePose {
   TrackingState state = TrackingState::kLost;

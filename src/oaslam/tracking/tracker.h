@@ -114,10 +114,6 @@ class Tracker {
   // cam_from_world of an image, or nothing where it has no pose.
   std::optional<Rigid3> PoseOf(int frame_index, const Map& map) const;
   int newest_frame() const { return newest_.frame.index; }
-  // How many points the newest image has, with or without a landmark.
-  int newest_features() const {
-    return newest_.frame.features ? newest_.frame.features->size() : 0;
-  }
   // What a viewer shows of the newest image; the caller adds the map.
   FrameView View() const;
   // Removes and returns the observations of landmarks and objects since the last command.

@@ -9,6 +9,14 @@
 
 namespace oaslam {
 
+SlamConfig SlamConfig::Live() {
+  SlamConfig config;
+  config.runner.mode = RunnerMode::kLive;
+  return config;
+}
+
+SlamConfig SlamConfig::Offline() { return {}; }
+
 std::vector<std::string> SlamConfig::Validate() const {
   std::vector<std::string> problems;
   const auto check = [&]<typename Value, typename... Bound>(const char* name, const Value& value,

@@ -1,6 +1,7 @@
 #include "oaslam/camera.h"
 #include "oaslam/config.h"
 #include "oaslam/error.h"
+#include "oaslam/tracking_result.h"
 #include "oaslam/types.h"
 
 namespace oaslam {
@@ -23,6 +24,22 @@ const char* ToString(TrackingState state) {
       break;
   }
   return "lost";
+}
+
+const char* ToString(PoseSource source) {
+  switch (source) {
+    case PoseSource::kMap:
+      return "map";
+    case PoseSource::kMotion:
+      return "motion";
+    case PoseSource::kObjects:
+      return "objects";
+    case PoseSource::kRegistration:
+      return "registration";
+    case PoseSource::kNone:
+      break;
+  }
+  return "none";
 }
 
 const char* ToString(RunnerMode mode) {

@@ -4,8 +4,8 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
+#include "oaslam/ids.h"
 #include "oaslam/types.h"
-#include "oaslam/util/ids.h"
 
 namespace oaslam {
 

@@ -97,8 +97,8 @@ void AddFrame(const FrameRecord& record, const ClassNames& names, std::span<cons
            {"timestamp", result.timestamp},
            {"state", ToString(result.state)},
            {"keypoints", result.keypoints},
-           {"matched", result.matched},
-           {"inliers", result.inliers},
+           {"matched", result.matched.value_or(0)},
+           {"inliers", result.inliers.value_or(0)},
            {"objects", result.objects},
            {"confidence", result.confidence},
            {"uncertain", result.is_uncertain},
@@ -116,10 +116,10 @@ void AddFrame(const FrameRecord& record, const ClassNames& names, std::span<cons
              {"cy", camera.cy}}},
            {"detections", DescribeDetections(view, names)},
            {"ellipses", json::array()}};
-  if (result.world_from_cam) {
-    frame["pose"] = PoseNumbers(*result.world_from_cam);
+  if (const std::optional<Rigid3> pose = result.PoseIn(result.world)) {
+    frame["pose"] = PoseNumbers(*pose);
     frame["spread"] = DescribeSpread(result.covariance);
-    frame["ellipses"] = DescribeEllipses(view, result.world_from_cam->Inverse(), camera, names);
+    frame["ellipses"] = DescribeEllipses(view, pose->Inverse(), camera, names);
   }
   if (view.relocalization) frame["relocalization"] = DescribeRelocalization(*view.relocalization);
   AddKeypoints(view, message);

@@ -9,6 +9,8 @@
 
 namespace oaslam {
 
+class Slam;
+
 // One line of the page's timeline.
 struct FrameNote {
   int frame = 0;
@@ -22,11 +24,14 @@ struct FrameNote {
 // An image and its tracking result, as a run hands it to its viewers; large content is shared.
 struct FrameRecord {
   TrackingResult result;
-  FrameView view{};          // SlamAccess::View
+  FrameView view{};
   cv::Mat image{};           // 8-bit, as given by the camera; must not be modified later
   std::string image_path{};  // file that may contain the image in colour; may be empty
   // The orientation in which that file is read.
   Orientation image_orientation = Orientation::kStored;
 };
+
+// The newest image of a Slam, as it is shown; the caller adds the image.
+FrameRecord RecordOf(const Slam& slam, const TrackingResult& result);
 
 }  // namespace oaslam

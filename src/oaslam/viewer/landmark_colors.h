@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "oaslam/features/features.h"
-#include "oaslam/util/ids.h"
+#include "oaslam/ids.h"
 #include "oaslam/viewer/message.h"
 
 namespace oaslam {

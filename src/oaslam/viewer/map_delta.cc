@@ -77,7 +77,7 @@ json DescribeAnchors(const Map& map) {
                     {"model", anchor.model},
                     {"size", anchor.size},
                     {"pose", PoseNumbers(anchor.world_from_anchor)}});
-    if (anchor.object) list.back()["object"] = *anchor.object;
+    if (anchor.object) list.back()["object"] = anchor.object->value;
   }
   return list;
 }

@@ -1,9 +1,10 @@
 #include "oaslam/map_viewer.h"
 
-#include <cstdint>
 #include <utility>
 
-#include "oaslam/system/slam_access.h"
+#include "oaslam/localization/snapshot_content.h"
+#include "oaslam/slam.h"
+#include "oaslam/system/slam_view.h"
 #include "oaslam/viewer/viewer.h"
 
 namespace oaslam {
@@ -11,7 +12,7 @@ namespace oaslam {
 class OASLAM_LOCAL MapViewer::Impl {
  public:
   Impl(const Slam& slam, const MapViewerOptions& options)
-      : viewer_({.server = {.port = options.port}, .names = SlamAccess::NamesOf(slam)}) {
+      : viewer_({.server = {.port = options.port}, .names = slam.Snapshot().CategoryNames()}) {
     status_.title = options.title;
     ShowLive(true);
   }
@@ -19,23 +20,25 @@ class OASLAM_LOCAL MapViewer::Impl {
   std::string url() const { return viewer_.url(); }
 
   void Show(const Slam& slam, const cv::Mat& image, const TrackingResult& result) {
-    ClearAfterBeginning(slam);
-    viewer_.Show({.result = result, .view = SlamAccess::View(slam), .image = image.clone()});
+    ClearInNewWorld(result.world);
+    FrameRecord record = RecordOf(slam, result);
+    record.image = image.clone();
+    viewer_.Show(std::move(record));
     ShowLive(true);
   }
 
   void ShowMap(const Slam& slam) {
-    ClearAfterBeginning(slam);
-    SavedMap saved = SlamAccess::Export(slam);
+    const MapSnapshot map = slam.WholeMap();
+    ClearInNewWorld(map.world());
+    SavedMap saved = SavedMapOf(map);
     viewer_.ShowMap(std::make_shared<const Map>(std::move(saved.map)), std::move(saved.trajectory));
     ShowLive(false);
   }
 
  private:
   // Clears the page where another map was loaded or begun, to which nothing shown belongs.
-  void ClearAfterBeginning(const Slam& slam) {
-    const uint64_t beginning = SlamAccess::BeginningOf(slam);
-    if (std::exchange(beginning_, beginning) != beginning) viewer_.Clear();
+  void ClearInNewWorld(WorldId world) {
+    if (std::exchange(world_, world) != world) viewer_.Clear();
   }
   void ShowLive(bool live) {
     if (std::exchange(status_.live, live) != live) viewer_.ShowStatus(status_);
@@ -43,8 +46,12 @@ class OASLAM_LOCAL MapViewer::Impl {
 
   Viewer viewer_;
   SceneStatus status_;
-  uint64_t beginning_ = 0;
+  WorldId world_;
 };
+
+FrameRecord RecordOf(const Slam& slam, const TrackingResult& result) {
+  return {.result = result, .view = slam.NewestView()->frame};
+}
 
 MapViewer::MapViewer(const Slam& slam, const MapViewerOptions& options)
     : impl_(std::make_unique<Impl>(slam, options)) {}

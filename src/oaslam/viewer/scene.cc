@@ -16,8 +16,8 @@ using nlohmann::json;
 void Scene::Add(FrameRecord record) {
   NoteState(record);
   const TrackingResult& result = record.result;
-  notes_.push_back({result.frame, result.timestamp, result.state, result.inliers, result.ms_total,
-                    result.is_uncertain});
+  notes_.push_back({result.frame, result.timestamp, result.state, result.inliers.value_or(0),
+                    result.ms_total, result.is_uncertain});
   const std::shared_ptr<const Map> map = record.view.map;
   if (record.view.pose && map_ && !map) path_.Add(*record.view.pose, *map_);
   if (!map) return;
@@ -70,7 +70,7 @@ void Scene::NoteState(const FrameRecord& record) {
                                : fmt::format(", {} objects", found->objects.matched.size()),
                            found->confidence));
   }
-  if (before == now) return;
+  if (!is_first && last == now) return;
   if (now == TrackingState::kObjects)
     AddEvent(frame, "objects",
              record.view.relocalization
@@ -83,7 +83,6 @@ void Scene::NoteState(const FrameRecord& record) {
   const auto has_no_map = [](TrackingState state) {
     return state == TrackingState::kInitializing || state == TrackingState::kPreliminary;
   };
-  const TrackingState last = before.value_or(now);
   if (has_no_map(now) && !has_no_map(last)) {
     AddEvent(frame, "reset", "a new map is started");
     path_.Clear();

@@ -65,7 +65,7 @@ std::optional<std::string> Scene::DescribeKeyframe(KeyframeId id) const {
     result.state = note->state;
     result.ms_total = note->ms_total;
   }
-  result.world_from_cam = keyframe->cam_from_world.Inverse();
+  result.SetPose(keyframe->cam_from_world.Inverse());
   record.view.map = map_;
   record.view.frame = {
       keyframe->frame_index,

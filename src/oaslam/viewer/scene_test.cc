@@ -45,7 +45,7 @@ FrameRecord RecordOf(const std::shared_ptr<const Map>& map, int frame,
   record.result.state = state;
   record.result.inliers = 120;
   record.result.ms_total = 8.5;
-  if (state != TrackingState::kLost) record.result.world_from_cam = Rigid3();
+  if (state != TrackingState::kLost) record.result.SetPose(Rigid3());
   record.view.map = map;
   record.view.frame = {frame,
                        frame / 30.0,

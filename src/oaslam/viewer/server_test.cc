@@ -185,7 +185,7 @@ TEST(Viewer, AnchorsArePlacedByPagesThatMay) {
   EXPECT_EQ(commands[0].place.model, "flag");
   EXPECT_EQ(commands[0].place.origin, Eigen::Vector3d(0, 1, 2));
   EXPECT_EQ(commands[0].place.direction, Eigen::Vector3d(0, 0, 1.5));
-  EXPECT_EQ(commands[0].place.object, 7U);
+  EXPECT_EQ(commands[0].place.object, ObjectId(7));
   EXPECT_EQ(commands[1].kind, Kind::kEditAnchor);
   EXPECT_EQ(commands[1].anchor, "flag 1");
   EXPECT_EQ(commands[1].edit.name, "gate");

@@ -62,7 +62,8 @@ std::optional<ViewerCommand> ParsePlacing(const json& message) {
   const auto origin = TakeVector(message, "origin"), direction = TakeVector(message, "direction");
   ViewerCommand command;
   command.kind = Kind::kPlaceAnchor;
-  command.place.object = Take<uint32_t>(message, "object", is_ours);
+  if (const auto object = Take<uint32_t>(message, "object", is_ours))
+    command.place.object = ObjectId(*object);
   if (!is_ours || !model || model->empty() || !origin || !direction) return std::nullopt;
   command.place.model = *model;
   command.place.origin = *origin;

@@ -1,3 +1,5 @@
+#include "oaslam/map_localizer.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,7 +10,8 @@
 #include "expect_input_error.h"
 #include "oaslam/description/describe_features.h"
 #include "oaslam/features/features.h"
-#include "oaslam/localization/image_search.h"
+#include "oaslam/localization/frame_maker.h"
+#include "oaslam/localization/snapshot_content.h"
 #include "object_film.h"
 
 namespace oaslam {
@@ -145,14 +148,15 @@ std::vector<Detection> DetectionsOf(const Map& map, const Rigid3& world_from_cam
   return detections;
 }
 
-class ImageLocalizerTest : public testing::Test {
+const RelocalizeOptions kByPoints{.mode = RelocalizationMode::kPoints, .camera = kWorldCamera};
+
+class MapLocalizerTest : public testing::Test {
  protected:
-  static const ImageLocalizer& Shared() {
-    static const ImageLocalizer localizer =
-        LocalizerAccess::Make(SlamConfig(), IndexedMap(MapOfWall()));
+  static const MapLocalizer& Shared() {
+    static const MapLocalizer localizer = MapLocalizer(SnapshotOf(MapOfWall(), NewWorld(), 1));
     return localizer;
   }
-  const ImageLocalizer& localizer_ = Shared();
+  const MapLocalizer& localizer_ = Shared();
   const Rigid3 pose_ = BeforeTheWall(0.1, 0.05, 0.03);
 };
 
@@ -160,68 +164,63 @@ double DistanceBetween(const Rigid3& a, const Rigid3& b) {
   return (a.translation - b.translation).norm();
 }
 
-TEST_F(ImageLocalizerTest, FindsAnImageByPoints) {
-  ASSERT_GT(LocalizerAccess::MapOf(localizer_).saved->map.landmarks.size(), 200u);
-  const RelocalizationResult found =
-      localizer_.Localize(InputOf(pose_), kWorldCamera, RelocalizationMode::kPoints);
+TEST_F(MapLocalizerTest, FindsAnImageByPoints) {
+  ASSERT_GT(localizer_.map().Landmarks().size(), 200u);
+  const RelocalizationResult found = localizer_.Relocalize(InputOf(pose_), kByPoints);
   ASSERT_TRUE(found.world_from_cam) << found.why_not;
   EXPECT_EQ(found.evidence, PoseEvidence::kPoints);
   EXPECT_LT(DistanceBetween(*found.world_from_cam, pose_), 0.02);
-  const RelocalizationResult lost = localizer_.Localize(InputOf(BeforeTheWall(50, 0, 0)),
-                                                        kWorldCamera, RelocalizationMode::kPoints);
+  const RelocalizationResult lost =
+      localizer_.Relocalize(InputOf(BeforeTheWall(50, 0, 0)), kByPoints);
   EXPECT_FALSE(lost.world_from_cam);
   EXPECT_THAT(lost.why_not, Not(IsEmpty()));
 }
 
 // The image keeps what its descriptors need, also where its camera is not known.
-TEST_F(ImageLocalizerTest, WhereOrbIsInVainTheImageIsFoundByLearnedDescriptors) {
-  const IndexedMap map(KnownByLearned(*LocalizerAccess::MapOf(localizer_).saved));
+TEST_F(MapLocalizerTest, WhereOrbIsInVainTheImageIsFoundByLearnedDescriptors) {
+  const MapSnapshot map = SnapshotOf(KnownByLearned(SavedMapOf(localizer_.map())), NewWorld(), 1);
   const ImageInput input = InputOf(pose_);
   SlamConfig config;
-  const ImageLocalizer by_learned = LocalizerAccess::Make(config, map);
+  const MapLocalizer by_learned = MapLocalizer(map, config);
   for (const bool is_known : {true, false}) {
     const RelocalizationResult found =
-        is_known ? by_learned.Localize(input, kWorldCamera, RelocalizationMode::kPoints)
-                 : by_learned.LocalizeWithUnknownCamera(input, RelocalizationMode::kPoints);
+        is_known ? by_learned.Relocalize(input, kByPoints)
+                 : by_learned.Relocalize(input, {.mode = RelocalizationMode::kPoints});
     ASSERT_TRUE(found.world_from_cam) << found.why_not;
     EXPECT_LT(DistanceBetween(*found.world_from_cam, pose_), 0.02);
   }
   config.features.descriptor = DescriptorKind::kOrb;
-  EXPECT_FALSE(LocalizerAccess::Make(config, map)
-                   .Localize(input, kWorldCamera, RelocalizationMode::kPoints)
-                   .world_from_cam);
+  EXPECT_FALSE(MapLocalizer(map, config).Relocalize(input, kByPoints).world_from_cam);
 }
 
-TEST_F(ImageLocalizerTest, WithoutAnImageDetectionsAreEnough) {
+TEST_F(MapLocalizerTest, WithoutAnImageDetectionsAreEnough) {
   ImageInput input;
-  input.detections = DetectionsOf(LocalizerAccess::MapOf(localizer_).saved->map, pose_);
-  const RelocalizationResult found =
-      localizer_.Localize(input, kWorldCamera, RelocalizationMode::kPointsAndObjects);
+  input.detections = DetectionsOf(*MapOf(localizer_.map()), pose_);
+  const RelocalizationResult found = localizer_.Relocalize(input, {.camera = kWorldCamera});
   ASSERT_TRUE(found.world_from_cam) << found.why_not;
   EXPECT_EQ(found.evidence, PoseEvidence::kObjects);
   EXPECT_LT(DistanceBetween(*found.world_from_cam, pose_), 0.2);
 }
 
-TEST_F(ImageLocalizerTest, TheCameraMayBeUnknown) {
+TEST_F(MapLocalizerTest, TheCameraMayBeUnknown) {
   const RelocalizationResult found =
-      localizer_.LocalizeWithUnknownCamera(InputOf(pose_), RelocalizationMode::kPoints);
+      localizer_.Relocalize(InputOf(pose_), {.mode = RelocalizationMode::kPoints});
   ASSERT_TRUE(found.world_from_cam) << found.why_not;
   ASSERT_TRUE(found.camera);
   EXPECT_NEAR(found.camera->fx, kWorldCamera.fx, 0.03 * kWorldCamera.fx);
 }
 
-TEST_F(ImageLocalizerTest, AThreadAnswersAsManyDo) {
+TEST_F(MapLocalizerTest, AThreadAnswersAsManyDo) {
   ImageInput boxes;
-  boxes.detections = DetectionsOf(LocalizerAccess::MapOf(localizer_).saved->map, pose_);
+  boxes.detections = DetectionsOf(*MapOf(localizer_.map()), pose_);
   const std::vector<ImageInput> inputs{InputOf(pose_), boxes, InputOf(BeforeTheWall(0, 0, 0))};
   const auto find = [&](size_t i) {
-    return localizer_.Localize(inputs[i % inputs.size()], kWorldCamera,
-                               RelocalizationMode::kPointsAndObjects);
+    return localizer_.Relocalize(inputs[i % inputs.size()], {.camera = kWorldCamera});
   };
   std::vector<RelocalizationResult> alone;
   for (size_t i = 0; i < inputs.size(); ++i) alone.push_back(find(i));
-  const ImageLocalizer copy = localizer_;
-  EXPECT_EQ(LocalizerAccess::MapOf(copy).index, LocalizerAccess::MapOf(localizer_).index);
+  const MapLocalizer copy = localizer_;
+  EXPECT_EQ(copy.map().content()->index, localizer_.map().content()->index);
   std::vector<std::future<RelocalizationResult>> together;
   for (size_t i = 0; i < 4 * inputs.size(); ++i)
     together.push_back(std::async(std::launch::async, find, i));
@@ -236,12 +235,11 @@ TEST_F(ImageLocalizerTest, AThreadAnswersAsManyDo) {
   }
 }
 
-TEST_F(ImageLocalizerTest, InputsThatCannotBeUsedAreRefused) {
+TEST_F(MapLocalizerTest, InputsThatCannotBeUsedAreRefused) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const auto problem = [&](const ImageInput& input, const Camera& camera = kWorldCamera,
                            const std::optional<Rigid3>& prior = std::nullopt) {
-    return InputErrorOf(
-        [&] { localizer_.Localize(input, camera, RelocalizationMode::kPointsAndObjects, prior); });
+    return InputErrorOf([&] { localizer_.Relocalize(input, {.prior = prior, .camera = camera}); });
   };
   const ImageInput good = InputOf(pose_);
   Camera smaller = kWorldCamera;
@@ -274,10 +272,17 @@ TEST_F(ImageLocalizerTest, InputsThatCannotBeUsedAreRefused) {
   Rigid3 nowhere;
   nowhere.translation.x() = kNan;
   EXPECT_THAT(problem(good, kWorldCamera, nowhere), HasSubstr("pose"));
+  EXPECT_THAT(InputErrorOf([&] { localizer_.Relocalize({}); }),
+              HasSubstr("without an image the camera must be known"));
   EXPECT_THAT(InputErrorOf([&] {
-                localizer_.LocalizeWithUnknownCamera(ImageInput(), RelocalizationMode::kPoints);
+                localizer_.Relocalize(good, {.camera = kWorldCamera, .unknown_camera = true});
               }),
-              HasSubstr("camera: image width: 0"));
+              HasSubstr("said to be unknown"));
+  ImageInput boxes = good;
+  boxes.image.release();
+  EXPECT_THAT(
+      InputErrorOf([&] { localizer_.Relocalize(boxes, {.camera = kWorldCamera, .follow = true}); }),
+      HasSubstr("follows no film"));
 }
 
 }  // namespace

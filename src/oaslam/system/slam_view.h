@@ -1,0 +1,12 @@
+#pragma once
+
+#include "oaslam/map/frame_view.h"
+#include "oaslam/slam.h"
+
+namespace oaslam {
+
+struct OASLAM_LOCAL Slam::View {
+  FrameView frame;  // with its map
+};
+
+}  // namespace oaslam
