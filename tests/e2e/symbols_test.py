@@ -42,6 +42,9 @@ class TestSymbols:
 
     def test_nothing_else_is_exported(self):
         for kind, name in self.exported:
+            if name.startswith("oaslam_"):  # of oaslam_c.h
+                assert name in self.functions, f"{name}: no public header marks it with OASLAM_API"
+                continue
             scopes = name.split("::")
             assert scopes[0] == "oaslam"
             assert scopes[1] in self.classes or (not kind and scopes[-1] in self.functions), f"{kind}{name}: no public header marks it with OASLAM_API"
@@ -49,7 +52,7 @@ class TestSymbols:
 
     def test_all_that_is_marked_is_exported(self):
         names = [name.split("::") for _, name in self.exported]
-        assert self.classes - {scopes[1] for scopes in names} == set()
+        assert self.classes - {scopes[1] for scopes in names if len(scopes) > 1} == set()
         assert self.functions - {scopes[-1] for scopes in names} == set()
         assert len(self.classes) > 5
         assert len(self.functions) > 20

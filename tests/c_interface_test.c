@@ -1,0 +1,181 @@
+/* The interface for C: c_interface_test CAMERA FOLDER < FILM, whose images of 640x480 grey bytes
+ * follow each other. Maps them, places an anchor, saves the map, loads it, and finds an image. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "oaslam/oaslam_c.h"
+
+#define WIDTH 640
+#define HEIGHT 480
+
+#define CHECK(condition)                                                                          \
+  do {                                                                                            \
+    if (!(condition)) {                                                                           \
+      fprintf(stderr, "line %d: %s; the last error: %s\n", __LINE__, #condition, oaslam_error()); \
+      exit(1);                                                                                    \
+    }                                                                                             \
+  } while (0)
+
+static uint8_t pixels[WIDTH * HEIGHT];
+
+static oaslam_image image_at(double timestamp) {
+  oaslam_image image;
+  memset(&image, 0, sizeof image);
+  image.pixels = pixels;
+  image.width = WIDTH;
+  image.height = HEIGHT;
+  image.channels = 1;
+  image.bytes_per_row = WIDTH;
+  image.timestamp = timestamp;
+  return image;
+}
+
+static void check_cameras(const oaslam_camera* camera) {
+  const double pixel[2] = {100, 80}, behind[3] = {0, 0, -1};
+  double ray[3], again[2];
+  int32_t is_there = 0;
+  CHECK(oaslam_camera_lift(camera, pixel, ray, &is_there) == OASLAM_OK && is_there);
+  CHECK(ray[2] == 1);
+  CHECK(oaslam_camera_project(camera, ray, again, &is_there) == OASLAM_OK && is_there);
+  CHECK(fabs(again[0] - pixel[0]) < 1e-6 && fabs(again[1] - pixel[1]) < 1e-6);
+  CHECK(oaslam_camera_project(camera, behind, again, &is_there) == OASLAM_OK && !is_there);
+}
+
+static void check_errors(const oaslam_camera* camera) {
+  oaslam_camera none;
+  oaslam_slam* slam = NULL;
+  oaslam_map* map = NULL;
+  oaslam_result result;
+  oaslam_image image = image_at(0);
+  size_t count = 1;
+  memset(&none, 0, sizeof none);
+  CHECK(oaslam_camera_load("nowhere.yaml", WIDTH, HEIGHT, &none) == OASLAM_INPUT_ERROR);
+  CHECK(strstr(oaslam_error(), "nowhere.yaml"));
+  CHECK(oaslam_slam_create(OASLAM_LIVE, NULL, &none, &slam) == OASLAM_INPUT_ERROR && !slam);
+  CHECK(strstr(oaslam_error(), "image width"));
+  CHECK(oaslam_slam_create(OASLAM_LIVE, NULL, NULL, &slam) == OASLAM_INPUT_ERROR);
+  CHECK(strstr(oaslam_error(), "NULL"));
+  CHECK(oaslam_map_load("nowhere.map", &map) == OASLAM_INPUT_ERROR && !map);
+  CHECK(oaslam_slam_process(NULL, &image, &result) == OASLAM_INPUT_ERROR);
+  CHECK(oaslam_map_objects(NULL, &count) == NULL && count == 0);
+  oaslam_slam_destroy(NULL);
+  oaslam_map_destroy(NULL);
+  oaslam_localizer_destroy(NULL);
+
+  CHECK(oaslam_slam_create(OASLAM_OFFLINE, NULL, camera, &slam) == OASLAM_OK);
+  image.channels = 2;
+  CHECK(oaslam_slam_process(slam, &image, &result) == OASLAM_INPUT_ERROR);
+  CHECK(strstr(oaslam_error(), "channels: 2"));
+  image.channels = 1;
+  image.bytes_per_row = 5;
+  CHECK(oaslam_slam_process(slam, &image, &result) == OASLAM_INPUT_ERROR);
+  image = image_at(NAN);
+  CHECK(oaslam_slam_process(slam, &image, &result) == OASLAM_INPUT_ERROR);
+  CHECK(strstr(oaslam_error(), "time stamp"));
+  image = image_at(0);
+  CHECK(oaslam_slam_process(slam, &image, &result) == OASLAM_OK);
+  CHECK(result.frame == 0 && oaslam_pose_in(&result, result.world + 1, NULL) == 0);
+  CHECK(oaslam_slam_set_metres_per_unit(slam, 2) == OASLAM_INPUT_ERROR);
+  CHECK(oaslam_slam_remove_anchor(slam, "none") == OASLAM_REFUSED);
+  CHECK(strstr(oaslam_error(), "no anchor"));
+  oaslam_slam_destroy(slam);
+}
+
+static void place_anchor(oaslam_slam* slam, const oaslam_pose* pose) {
+  oaslam_anchor_request request;
+  oaslam_anchor_edit edit;
+  char name[OASLAM_NAME_SIZE] = "";
+  memset(&request, 0, sizeof request);
+  memset(&edit, 0, sizeof edit);
+  request.model = "flag";
+  CHECK(oaslam_slam_place_anchor(slam, &request, name) == OASLAM_REFUSED); /* no direction */
+  request.pose = pose;
+  CHECK(oaslam_slam_place_anchor(slam, &request, name) == OASLAM_OK);
+  CHECK(strcmp(name, "flag 1") == 0);
+  edit.name = "here";
+  CHECK(oaslam_slam_edit_anchor(slam, name, &edit) == OASLAM_OK);
+  CHECK(oaslam_slam_edit_anchor(slam, name, &edit) == OASLAM_REFUSED);
+}
+
+static void check_map(const oaslam_map* map, const oaslam_pose* pose) {
+  size_t anchors = 0, landmarks = 0, keyframes = 0;
+  const oaslam_anchor* anchor = oaslam_map_anchors(map, &anchors);
+  const oaslam_landmark* landmark = oaslam_map_landmarks(map, &landmarks);
+  CHECK(anchors == 1 && strcmp(anchor->name, "here") == 0 && strcmp(anchor->model, "flag") == 0);
+  CHECK(fabs(anchor->world_from_anchor.translation[0] - pose->translation[0]) < 1e-9);
+  CHECK(landmarks > 200 && landmark[0].id < landmark[1].id && landmark->observations > 1);
+  CHECK(oaslam_map_keyframes(map, &keyframes) && keyframes > 3);
+  CHECK(oaslam_map_landmarks(map, NULL) == landmark);
+  CHECK(!oaslam_map_is_metric(map));
+}
+
+static void find_image(const char* path, const oaslam_camera* camera, const oaslam_pose* expected) {
+  oaslam_map* map = NULL;
+  oaslam_localizer* localizer = NULL;
+  oaslam_slam* slam = NULL;
+  oaslam_relocalize_options options;
+  oaslam_relocalization found;
+  oaslam_image image = image_at(0);
+  const oaslam_image nothing = {0};
+  memset(&options, 0, sizeof options);
+  options.mode = OASLAM_USE_POINTS;
+  options.camera = camera;
+  CHECK(oaslam_map_load(path, &map) == OASLAM_OK);
+  check_map(map, expected);
+  CHECK(oaslam_localizer_create(map, &localizer) == OASLAM_OK);
+  oaslam_map_destroy(map);
+  CHECK(oaslam_localizer_relocalize(localizer, &image, &options, &found) == OASLAM_OK);
+  CHECK(found.evidence == OASLAM_FOUND_BY_POINTS && found.inlier_points > 30);
+  CHECK(fabs(found.world_from_cam.translation[0] - expected->translation[0]) < 0.1);
+  CHECK(oaslam_localizer_relocalize(localizer, &image, NULL, &found) == OASLAM_OK);
+  CHECK(found.evidence != OASLAM_NOT_FOUND && found.has_camera);
+  CHECK(oaslam_localizer_relocalize(localizer, &nothing, &options, &found) == OASLAM_OK);
+  CHECK(found.evidence == OASLAM_NOT_FOUND && strlen(oaslam_error()) > 0);
+  oaslam_localizer_destroy(localizer);
+  CHECK(oaslam_slam_create(OASLAM_LIVE, NULL, camera, &slam) == OASLAM_OK);
+  CHECK(oaslam_slam_load(slam, path) == OASLAM_OK);
+  CHECK(oaslam_slam_relocalize(slam, &image, NULL, &found) == OASLAM_OK);
+  CHECK(found.evidence == OASLAM_FOUND_BY_POINTS);
+  oaslam_slam_destroy(slam);
+}
+
+int main(int argc, char** argv) {
+  oaslam_camera camera;
+  oaslam_slam* slam = NULL;
+  oaslam_map* map = NULL;
+  oaslam_result result;
+  oaslam_pose pose, last;
+  char path[4096];
+  int frames = 0, has_pose = 0;
+  if (argc != 3) return 2;
+  CHECK(oaslam_camera_load(argv[1], WIDTH, HEIGHT, &camera) == OASLAM_OK);
+  check_cameras(&camera);
+  check_errors(&camera);
+  CHECK(oaslam_slam_create(OASLAM_OFFLINE, NULL, &camera, &slam) == OASLAM_OK);
+  while (fread(pixels, sizeof pixels, 1, stdin) == 1) {
+    const oaslam_image image = image_at(frames++ / 30.0);
+    CHECK(oaslam_slam_process(slam, &image, &result) == OASLAM_OK);
+    if (oaslam_pose_in(&result, result.world, &pose)) {
+      has_pose = 1;
+      last = pose;
+    }
+  }
+  CHECK(frames > 50 && has_pose && result.state == OASLAM_TRACKING);
+  CHECK((result.source == OASLAM_FROM_MAP) == (result.inliers > 0));
+  CHECK(result.covariance[0] > 0 && !oaslam_pose_in(&result, result.world + 1, &pose));
+  CHECK(oaslam_slam_finish(slam) == OASLAM_OK);
+  place_anchor(slam, &last);
+  CHECK(oaslam_slam_map(slam, &map) == OASLAM_OK && oaslam_map_world(map) == result.world);
+  check_map(map, &last);
+  oaslam_map_destroy(map);
+  snprintf(path, sizeof path, "%s/c.map", argv[2]);
+  CHECK(oaslam_slam_save(slam, path) == OASLAM_OK);
+  CHECK(oaslam_slam_save(slam, "/nowhere/c.map") == OASLAM_INPUT_ERROR);
+  oaslam_slam_destroy(slam);
+  find_image(path, &camera, &last);
+  remove(path);
+  printf("%d images\n", frames);
+  return 0;
+}
