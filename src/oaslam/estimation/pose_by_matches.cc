@@ -96,10 +96,10 @@ PoseReport RefinePoseByMatches(const Camera& camera, const Rigid3& initial,
     return n;
   };
   for (int round = 0; round < kRounds; ++round) {
-    end = MinimizeLevenbergMarquardt<6>({.max_iterations = kIterations}, report.cam_from_world,
-                                        linearize, [](const Rigid3& pose, const PoseVector& step) {
-                                          return std::optional(Moved(pose, step));
-                                        });
+    end = MinimizeDense<6>({.max_iterations = kIterations}, report.cam_from_world, linearize,
+                           [](const Rigid3& pose, const PoseVector& step) {
+                             return std::optional(Moved(pose, step));
+                           });
     report.inliers = 0;
     for (size_t i = 0; i < landmarks.size(); ++i) {
       const PointObservation& o = landmarks[i];

@@ -18,7 +18,7 @@ constexpr double kMaxSigmas = 3;  // of a position that is an inlier
 constexpr double kRotationSigma = 1.5 * std::numbers::pi / 180;
 constexpr double kMaxAngle = 6 * std::numbers::pi / 180;
 
-Eigen::Quaterniond RotationOf(const PosePair& pair) {
+Eigen::Quaterniond TurnBy(const PosePair& pair) {
   return pair.cam_from_b.rotation.conjugate() * pair.cam_from_a.rotation;
 }
 
@@ -26,7 +26,7 @@ bool IsInlier(const PosePair& pair, const Similarity& b_from_a) {
   const double distance =
       (b_from_a * pair.cam_from_a.OriginInSource() - pair.cam_from_b.OriginInSource()).norm();
   return distance < kMaxSigmas * pair.sigma &&
-         b_from_a.rotation.angularDistance(RotationOf(pair)) < kMaxAngle;
+         b_from_a.rotation.angularDistance(TurnBy(pair)) < kMaxAngle;
 }
 
 std::optional<Similarity> FromTwo(const PosePair& first, const PosePair& second) {
@@ -35,7 +35,7 @@ std::optional<Similarity> FromTwo(const PosePair& first, const PosePair& second)
   // Two cameras that are closer together than twice the errors of their positions do not determine
   // the scale.
   if (a.norm() <= 0 || b.norm() < 2 * (first.sigma + second.sigma)) return std::nullopt;
-  const Eigen::Quaterniond rotation = RotationOf(first).slerp(0.5, RotationOf(second));
+  const Eigen::Quaterniond rotation = TurnBy(first).slerp(0.5, TurnBy(second));
   const double scale = b.norm() / a.norm();
   const Eigen::Vector3d middle_a =
       (first.cam_from_a.OriginInSource() + second.cam_from_a.OriginInSource()) / 2;
@@ -45,7 +45,7 @@ std::optional<Similarity> FromTwo(const PosePair& first, const PosePair& second)
 }
 
 Similarity FromOne(const PosePair& pair, double scale) {
-  const Eigen::Quaterniond rotation = RotationOf(pair);
+  const Eigen::Quaterniond rotation = TurnBy(pair);
   return {scale, rotation,
           pair.cam_from_b.OriginInSource() - scale * (rotation * pair.cam_from_a.OriginInSource())};
 }
@@ -95,7 +95,7 @@ std::optional<Step> SolveStep(std::span<const PosePair> pairs, const Similarity&
   for (const PosePair& pair : pairs) {
     const Eigen::Vector3d at = b_from_a * pair.cam_from_a.OriginInSource(), arm = at - middle;
     const Eigen::Vector3d off = (at - pair.cam_from_b.OriginInSource()) / pair.sigma;
-    const Eigen::AngleAxisd turn(b_from_a.rotation * RotationOf(pair).conjugate());
+    const Eigen::AngleAxisd turn(b_from_a.rotation * TurnBy(pair).conjugate());
     const Eigen::Vector3d turned = turn.angle() * turn.axis() / kRotationSigma;
     Eigen::Matrix<double, 6, 7> jacobian = Eigen::Matrix<double, 6, 7>::Zero();
     jacobian.topLeftCorner<3, 3>().setIdentity();
