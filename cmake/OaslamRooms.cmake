@@ -51,8 +51,6 @@ endfunction()
 set(oaslam_common_headers <Eigen/Dense> <fmt/format.h> <algorithm> <array> <cmath> <filesystem> <functional>
   <map> <memory> <numbers> <optional> <ranges> <set> <span> <string> <vector>)
 
-include(${CMAKE_CURRENT_LIST_DIR}/OaslamUnity.cmake)
-
 # oaslam_room(NAME [NOT_IN_LIBRARY] [LINK target...] [PRIVATE_LINK target...])
 function(oaslam_room name)
   cmake_parse_arguments(ROOM "NOT_IN_LIBRARY" "" "LINK;PRIVATE_LINK" ${ARGN})
@@ -83,7 +81,7 @@ function(oaslam_room name)
   # Not with a compiler launcher, whose cache would hold eight files for one. GCC warns there of each member of a class whose
   # type is in an unnamed namespace.
   if(OASLAM_UNITY AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-    oaslam_unity(oaslam_${name} 8 ${sources})
+    set_target_properties(oaslam_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
     target_compile_options(oaslam_${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   endif()
   if(NOT ROOM_NOT_IN_LIBRARY)
