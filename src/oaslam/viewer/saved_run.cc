@@ -122,6 +122,7 @@ std::vector<FrameNote> LoadNotes(const std::string& path) {
   const std::array places{ColumnOf(header, {"frame"}, path), ColumnOf(header, {"timestamp"}, path),
                           ColumnOf(header, {"inliers", "inlier_points"}, path),
                           ColumnOf(header, {"ms_total", "ms"}, path)};
+  constexpr size_t kInliers = 2;  // empty where no landmarks were looked for
   const size_t state_place = ColumnOf(header, {"state", "status"}, path),
                columns = SplitCommas(header).size();
   std::optional<size_t> uncertain;  // not in files of localize and of earlier versions
@@ -131,7 +132,10 @@ std::vector<FrameNote> LoadNotes(const std::string& path) {
     if (Trim(lines[i]).empty()) continue;
     const std::vector<std::string_view> fields = SplitCommas(lines[i]);
     std::array<double, 4> values{};
-    for (size_t k = 0; k < places.size(); ++k) values[k] = NumberAt(fields, places[k], path, i + 1);
+    for (size_t k = 0; k < places.size(); ++k) {
+      const bool is_empty = places[k] < fields.size() && fields[places[k]].empty();
+      values[k] = k == kInliers && is_empty ? 0 : NumberAt(fields, places[k], path, i + 1);
+    }
     const std::optional<TrackingState> state =
         state_place < fields.size() ? StateOf(fields[state_place]) : std::nullopt;
     const auto is_huge = [](double value) { return std::abs(value) > 1e15; };

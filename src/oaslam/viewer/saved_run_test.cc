@@ -21,7 +21,7 @@ constexpr const char* kFrames =
     "frame,timestamp,state,keypoints,matched,inliers,detections,objects,ms_total,ms_features,ms_"
     "track,ms_objects,cpu_"
     "ms,filled\n"
-    "100,0.000000,initializing,900,0,0,3,0,4.1,3,1,0,4,0\n"
+    "100,0.000000,initializing,0,,,3,0,4.1,3,1,0,4,0\n"
     "101,0.033333,tracking,900,300,250,3,0,8.25,3,1,0,4,0\n";
 
 TEST(SavedRun, AMapFile) {
