@@ -31,9 +31,8 @@ void CheckExtension(const ExportOptions& options) {
   const std::string extension = std::filesystem::path(options.out).extension().string();
   if (options.format == "gltf" && extension != ".gltf" && extension != ".glb")
     throw InputError(options.out + ": --format gltf asks for a file .gltf (text) or .glb (binary)");
-  if ((options.format == "obj" || options.format == "ply") && extension != "." + options.format)
-    throw InputError(
-        fmt::format("{0}: --format {1} asks for a file .{1}", options.out, options.format));
+  if (options.format == "ply" && extension != ".ply")
+    throw InputError(options.out + ": --format ply asks for a file .ply");
 }
 
 // Whether each recording gets a file of its own.
@@ -47,7 +46,7 @@ OutputFolder Check(const ExportOptions& options, const SavedMap& saved) {
   if (!options.images.empty() && !IsFolderFormat(options.format))
     throw InputError("--images is for --format colmap and nerfstudio");
   if (options.ellipsoids && options.format != "ply")
-    throw InputError("--ellipsoids is for --format ply; obj and gltf always have them");
+    throw InputError("--ellipsoids is for --format ply; gltf always has them");
   if (IsFolderFormat(options.format) || IsFolderOfFiles(options, saved))
     return OutputFolder(options.out);
   return FolderOfOutputFile(options.out);
@@ -71,13 +70,11 @@ void Export(const ExportOptions& options) {
     if (options.format == "nerfstudio") ExportNerfstudio(options.out, saved, images);
   }
   if (options.format == "ply") ExportPly(options.out, saved, options.ellipsoids);
-  if (options.format == "obj") ExportObj(options.out, saved);
   if (options.format == "gltf") ExportGltf(options.out, saved);
   if (options.format == "tum" && IsFolderOfFiles(options, saved))
     ExportTumFiles(options.out, saved);
   else if (options.format == "tum")
     ExportTum(options.out, saved);
-  if (options.format == "json") ExportJson(options.out, saved);
   spdlog::info("{} -> {}", options.map, options.out);
 }
 
@@ -88,10 +85,9 @@ void AddExportCommand(CLI::App& app) {
   const auto options = std::make_shared<ExportOptions>();
   command->add_option("--map", options->map, "map file")->required();
   AddPieceOption(*command, options->piece);
-  command
-      ->add_option("--format", options->format, "ply, obj, gltf, colmap, nerfstudio, tum or json")
+  command->add_option("--format", options->format, "ply, gltf, colmap, nerfstudio or tum")
       ->required()
-      ->check(CLI::IsMember({"ply", "obj", "gltf", "colmap", "nerfstudio", "tum", "json"}));
+      ->check(CLI::IsMember({"ply", "gltf", "colmap", "nerfstudio", "tum"}));
   command
       ->add_option("--out", options->out,
                    "file; a folder for colmap and nerfstudio. gltf: .gltf (text) or .glb (binary)")

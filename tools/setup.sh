@@ -26,7 +26,7 @@ packages=(
   libheif-dev                                                               # HEIC and AVIF photos
   libutf8proc-dev                                                           # normal forms of names
   libassimp-dev                                                             # models of virtual content
-  libssl-dev libpq-dev libgeographiclib-dev prometheus-cpp-dev              # the service: digests, maps in PostgreSQL, geographic coordinates, metrics
+  libssl-dev libpq-dev                                                      # the service: digests, maps in PostgreSQL
   libcurl4-openssl-dev                                                      # oaslam models get
 )
 if [[ $mode =~ ^--(python|tests|packages)$ ]]; then
@@ -52,7 +52,7 @@ if [ "$mode" = --arm64 ]; then
   for i in "${!packages[@]}"; do
     case "${packages[i]}" in
       libeigen3-dev | libcli11-dev) ;;                                      # headers for every processor
-      lib* | prometheus-cpp-dev) packages[i]+=:arm64 ;;
+      lib*) packages[i]+=:arm64 ;;
       g++) packages[i]=g++-aarch64-linux-gnu ;;
     esac
   done

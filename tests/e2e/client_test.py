@@ -126,20 +126,6 @@ class TestClient(Asking):
             self.receive_until(camera, lambda: not camera.anchors)
             assert client.anchors("desk")["anchors"] == []
 
-    def test_the_earth(self):
-        client = self.client()
-        points = [{"map": m, "latitude": 48 + m[1] / 111000, "longitude": 11 + m[0] / 74000, "height": 500 + m[2]} for m in ([0, 0, 0], [9, 0, 0], [0, 9, 0])]
-        with self.refused(404, "no georeference"):
-            client.georeference("desk")
-        assert client.set_georeference("desk", {"points": points})["residual_m"] < 0.1
-        assert client.georeference("desk")["points"][1]["map"] == [9, 0, 0]
-        reading = {"sensorId": "0", "size": [640, 480], "imageBytes": oaslam_client.images.entry_of(self.photo)["image"]}
-        request = {"id": "7", "type": "geopose", "sensors": [{"id": "0", "type": "camera"}], "sensorReadings": {"cameraReadings": [reading]}}
-        assert client.geopose(request)["geopose"]["position"]["lat"] == pytest.approx(48, abs=1e-4)
-        client.delete_georeference("desk")
-        with self.refused(404, "no map with a georeference"):
-            client.geopose(request)
-
     def test_a_camera_is_tracked_and_makes_a_map(self):
         frames, client = cluster.images_of("map_front", self.folder, 0, 240, 4), self.client()
         camera = cluster.camera_of("map_front")
@@ -165,7 +151,7 @@ class TestClient(Asking):
             self.client(cluster.READ).record("new")
         with client.record("new", camera) as record:
             record.send_image(frames[0], time=-1)
-            assert record.wait_for("pose")["state"] == "initializing"
+            assert record.wait_for("pose")["state"] in ("initializing", "preliminary")
             with self.refused(None, "no map yet"):
                 record.finish()
         assert [m["name"] for m in client.maps()] == ["desk"]

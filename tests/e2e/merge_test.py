@@ -5,6 +5,7 @@ import subprocess
 
 import harness
 from harness import must_run, oaslam
+from map_reader import MapFile
 from sample_boxes import things
 
 
@@ -28,12 +29,6 @@ class TestMerge(harness.InFolder):
             os.remove(out)
         return oaslam("merge", first, second, "--out", out, *args), out
 
-    def exported(self, map_file):
-        """The map as JSON."""
-        out = self.path("exported.json")
-        must_run("export", "--map", map_file, "--format", "json", "--out", out)
-        return harness.read_json(out)
-
     def trajectory_error(self, map_file):
         out = self.path("exported")
         must_run("export", "--map", map_file, "--format", "tum", "--out", out)  # a file for each of the two recordings
@@ -50,7 +45,7 @@ class TestMerge(harness.InFolder):
             assert error < 0.01, args
             assert poses > 440
         true = [t["category"] for t in things()]
-        objects = [o["category"] for o in self.exported(out)["objects"] if o["state"] == "mapped"]
+        objects = [o["label"] for o in MapFile(out).objects.values()]
         for category in set(objects):
             assert objects.count(category) <= true.count(category), f"{category}: {objects}"
         must_run("localize", "--map", out, *harness.clip("query_around"), "--to", 60, "--every-frame", "--out", self.path("around"))
@@ -66,17 +61,17 @@ class TestMerge(harness.InFolder):
         for first, second in ((self.first, self.second), (self.second, self.first)):
             merging, out = self.merge(first, second)
             assert merging.code == 0, merging
-            exported = self.exported(out)
-            assert {c["name"] for c in exported["cameras"]} == {"desk_sample", "another_day"}
-            assert {k["camera"] for k in exported["keyframes"]} == {0, 1}
-            assert exported["class_names"]["100"] == "statue"
-            assert exported["class_names"]["0"] == "person"
+            merged = MapFile(out)
+            assert {c["name"] for c in merged.cameras.values()} == {"desk_sample", "another_day"}
+            assert {k["camera"] for k in merged.keyframes.values()} == {0, 1}
+            assert merged.names[100] == "statue"
+            assert merged.names[0] == "person"
 
     def test_anchors_of_both_are_kept(self):
         kept = []
         for map_file, name in ((self.first, "flag"), (self.second, "flag")):
             copy = self.path(f"{name}_{len(kept)}.map")
-            thing = min(o["id"] for o in self.exported(map_file)["objects"])
+            thing = min(MapFile(map_file).objects)
             must_run("anchors", map_file, "--place", f"{name}=flag@object:{thing}", "--out", copy)
             kept.append(copy)
         merging, out = self.merge(*kept)

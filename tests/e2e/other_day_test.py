@@ -9,6 +9,7 @@ import os
 import harness
 import pytest
 from harness import must_run, oaslam
+from map_reader import MapFile
 from sample_boxes import HEIGHT, WIDTH, iou, project  # the camera of the walks is that of the sample
 
 DATA = os.environ.get("OASLAM_DATA", "")
@@ -165,11 +166,6 @@ class TestRooms(harness.InFolder):
             os.remove(out)
         return oaslam("merge", self.path(first + ".map"), self.path(second + ".map"), "--out", out, *args), out
 
-    def exported(self, map_file, form):
-        out = self.path(f"exported.{form}")
-        must_run("export", "--map", map_file, "--format", form, "--out", out)
-        return out
-
     def test_walks_that_share_one_room(self):
         first = "kitchen and office"
         merging, out = self.merge(first, "office and living room")
@@ -186,11 +182,11 @@ class TestRooms(harness.InFolder):
         merging, out = self.merge("kitchen and office", "office on day B")
         assert merging.code == 0, merging
         assert "keyframes of the" in merging.out
-        cameras = harness.read_json(self.exported(out, "json"))["cameras"]
-        assert len(cameras) == 2
+        merged = MapFile(out)
+        assert len(merged.cameras) == 2
         # What the two parts have in common stands once: no more of a class than there are.
         true = [t["category"] for t in things_of(DAY_B).values()]
-        objects = [o["category"] for o in harness.read_json(self.exported(out, "json"))["objects"] if o["state"] == "mapped"]
+        objects = [o["label"] for o in merged.objects.values()]
         assert len(objects) > 8
         for category in set(objects):
             assert objects.count(category) <= true.count(category) + 1, f"{category}: {objects}"

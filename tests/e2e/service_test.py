@@ -127,22 +127,6 @@ class TestService(cluster.MapFolder):
         self.json(404, "GET", "/v1/maps/copy")
         self.json(404, "DELETE", "/v1/maps/copy")
 
-    def test_a_place_on_earth(self):
-        path = "/v1/maps/desk/georeference"
-        self.json(404, "GET", path)
-        points = [{"map": m, "latitude": 48 + m[1] / 111000, "longitude": 11 + m[0] / 74000, "height": 500 + m[2]} for m in ([0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9])]
-        assert self.json(200, "PUT", path, {"points": points})["residual_m"] < 0.1
-        result = self.json(200, "POST", "/v1/maps/desk/localize", self.images[0], Content_Type="image/png")["results"][0]
-        assert result["geopose"]["position"]["lat"] == pytest.approx(48, abs=1e-4)
-        reading = {"timestamp": 1, "sensorId": "0", "sequenceNumber": 0, "imageFormat": "PNG", "size": [640, 480], "imageBytes": base64.b64encode(self.images[0]).decode()}
-        request = {"id": "7", "timestamp": 1, "type": "geopose", "sensors": [{"id": "0", "type": "camera"}], "sensorReadings": {"cameraReadings": [reading]}}
-        answer = self.json(200, "POST", "/geopose", request)
-        assert (answer["id"], answer["type"]) == ("7", "geopose")
-        assert answer["geopose"]["position"]["lat"] == pytest.approx(result["geopose"]["position"]["lat"], abs=1e-6)
-        self.json(400, "PUT", path, {"points": points[:2]})
-        self.json(200, "DELETE", path)
-        self.json(404, "POST", "/geopose", request)
-
     def test_a_camera_is_followed_and_makes_a_map(self):
         frames = cluster.images_of("map_front", self.folder, 0, 240, 2)
         camera = cluster.camera_of("map_front")
@@ -192,8 +176,7 @@ class TestService(cluster.MapFolder):
         """Each value of a valid request in turn is something else: the answer is 200 or 400."""
         image = {"camera": self.camera, "detections": self.boxes[10][:4], "gravity": [0, 9.8, 0], "prior": {"position": [0, 0, 0], "rotation": [0, 0, 0, 1]}}
         requests = [("POST", "/v1/maps/desk/localize", {"images": [image], "mode": "objects"}),
-                    ("POST", "/v1/maps/desk/anchors", {"model": "flag", "origin": [0, 0, 0], "direction": [0, 0, 0], "size": 1}),
-                    ("PUT", "/v1/maps/desk/georeference", {"points": [{"map": [0, 0, 0], "latitude": 1, "longitude": 1, "height": 1}]})]
+                    ("POST", "/v1/maps/desk/anchors", {"model": "flag", "origin": [0, 0, 0], "direction": [0, 0, 0], "size": 1})]
 
         def places(value, at=()):
             yield at

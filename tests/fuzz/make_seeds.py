@@ -75,7 +75,6 @@ DETECTIONS = [
 SETTINGS = ["features:\n  count: 500\n  resolution: 320\nobjects:\n  min_score: 0.4\n", "features.count=200"]
 CLASSES = ["names: {0: person, 100: head, 101: statue}\nparts: {head: statue}\nmovable: [person]\n",
            "names: [cup, book]\n", "person\ncup\n"]
-POSE = {"position": {"lat": 48, "lon": 11, "h": 500}, "quaternion": {"x": 0, "y": 0, "z": 0, "w": 1}}
 
 
 def jpeg_with_exif():
@@ -145,16 +144,9 @@ def requests():
     anchor = {"name": "door", "model": "flag", "origin": [0, 0, 0], "direction": [0, 0, 1]}
     boxes = [{"category_id": 1, "detection_score": 0.5, "bbox": [1, 2, 30, 40]}]
     detections = {"images": [{"camera": camera, "detections": boxes, "gravity": [0, 1, 0], "time": 1}]}
-    georeference = {"points": [{"map": [x, 0, z], "latitude": 48 + z * 1e-5, "longitude": 11 + x * 1e-5, "height": 5}
-                               for x, z in ((0, 0), (9, 0), (0, 9))]}
-    geopose = {"id": "1", "timestamp": 1, "type": "geopose", "sensorReadings": {"cameraReadings": [
-        {"timestamp": 1, "sensorId": "0", "imageFormat": "GRAY8", "size": [2, 1], "imageBytes": "AAA=",
-         "params": {"model": "PINHOLE", "modelParams": [500, 510, 1, 0]}}],
-        "geolocationReadings": [{"timestamp": 1, "latitude": 48, "longitude": 11, "altitude": 5, "accuracy": 8}]},
-        "priorPoses": [POSE]}
     return [("POST", "/v1/maps/desk/localize", detections), ("POST", "/v1/maps/desk/anchors", anchor),
-            ("PATCH", "/v1/maps/desk/anchors/door", {"turn": 1.5, "size": 0.3}), ("PUT", "/v1/maps/desk/georeference", georeference),
-            ("POST", "/geopose", geopose), ("GET", "/v1/maps/desk/anchors?since=1", None), ("GET", "/v1/maps/desk", None)]
+            ("PATCH", "/v1/maps/desk/anchors/door", {"turn": 1.5, "size": 0.3}),
+            ("GET", "/v1/maps/desk/anchors?since=1", None), ("GET", "/v1/maps/desk", None)]
 
 
 def datasets():
@@ -173,7 +165,6 @@ def datasets():
 
 def seeds():
     glb_text, glb = triangle()
-    bodies = [body for _, _, body in requests()]
     return {
         "map": [b"\0" + bytes(range(1, 60)), b"\0" + b"\xff\x03" * 30],
         "detections": [json.dumps(d).encode() for d in DETECTIONS],
@@ -198,8 +189,6 @@ def seeds():
         "websocket": [frame(1, b'{"a": 1}') + frame(9, b"") + frame(8, b"\x03\xe8"), frame(2, bytes(100))],
         "service": [f"{method} {path} application/json\n{json.dumps(body) if body else ''}".encode()
                     for method, path, body in requests()],
-        "geopose": [b"\0" + json.dumps(bodies[4]).encode(), b"\1" + json.dumps(bodies[3]).encode(),
-                    b"\1" + json.dumps({"anchor": "a", "latitude": 48, "longitude": 11, "height": 5, "heading": 90}).encode()],
     }
 
 

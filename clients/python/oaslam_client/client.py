@@ -94,20 +94,6 @@ class Client:
     def delete_anchor(self, map: str, name: str) -> None:
         self._json("DELETE", _path(map, "anchors", name))
 
-    def georeference(self, map: str) -> Dict[str, Any]:
-        return self._json("GET", _path(map, "georeference"))
-
-    def set_georeference(self, map: str, georeference: Mapping[str, Any]) -> Dict[str, Any]:
-        """Tells where a map is on the earth: {"points": [...]}, or an anchor or pose with its heading. The answer has `residual_m`, in metres."""
-        return self._json("PUT", _path(map, "georeference"), georeference)
-
-    def delete_georeference(self, map: str) -> None:
-        self._json("DELETE", _path(map, "georeference"))
-
-    def geopose(self, request: Mapping[str, Any]) -> Dict[str, Any]:
-        """Open AR Cloud's GeoPose protocol, version 2: GeoPoseReq to GeoPoseResp."""
-        return self._json("POST", "/geopose", request)
-
     def metrics(self) -> str:
         """Counters, in Prometheus' text format."""
         return self._ask("GET", "/metrics", None, None).decode()

@@ -52,7 +52,6 @@ class Map(StoredMap):
     bounds: Any  # two corners of the box around the landmarks, or None
     up: Any  # unit vector, or None
     is_metric: bool
-    georeference: Any  # as it was stored, or None
 
 
 class ResultBase(TypedDict):
@@ -62,7 +61,7 @@ class ResultBase(TypedDict):
 
 
 class Result(ResultBase, total=False):
-    """Of one image. `why_not` is there if it was not found, all others if it was, but `geopose` only where the map has a georeference."""
+    """Of one image. `why_not` is there if it was not found, all others if it was."""
     why_not: str
     pose: Pose
     evidence: str  # points, objects or points+objects
@@ -71,7 +70,6 @@ class Result(ResultBase, total=False):
     sigma_position: float  # map units
     camera: Dict[str, Any]
     objects: List[Dict[str, Any]]  # {"id", "category", "box"} of those in view
-    geopose: Dict[str, Any]
 
 
 class Localized(TypedDict):

@@ -18,9 +18,7 @@ namespace oaslam {
 void ExportPly(const std::string& path, const SavedMap& saved, bool ellipsoids);
 
 // Ellipsoids as meshes, landmarks as points, trajectory and camera frusta as lines; right-handed, y
-// up. OBJ with its materials beside it; glTF 2.0 in one file, as text (.gltf) or binary (.glb) by
-// the extension.
-void ExportObj(const std::string& path, const SavedMap& saved);
+// up. glTF 2.0 in one file, as text (.gltf) or binary (.glb) by the extension.
 void ExportGltf(const std::string& path, const SavedMap& saved);
 
 // Final poses of all frames; of the keyframes where the map has no trajectory. The times of several
@@ -28,9 +26,6 @@ void ExportGltf(const std::string& path, const SavedMap& saved);
 void ExportTum(const std::string& path, const SavedMap& saved);
 // The same as a file for each recording (FileNameOf, .txt).
 void ExportTumFiles(const std::string& folder, const SavedMap& saved);
-
-// The content of the map, without what only the system itself needs (docs/export.md lists it).
-void ExportJson(const std::string& path, const SavedMap& saved);
 
 // The image of a keyframe.
 struct KeyframeImage {

@@ -302,28 +302,8 @@ TEST(MapExport, NamesThatAreNotUtf8AreReplaced) {
   ExportNerfstudio(folder.path(), saved, images);
   ExportGltf(folder / "a.gltf", saved);
   ExportGltf(folder / "a.glb", saved);
-  ExportJson(folder / "a.json", saved);
-  for (const char* name : {"transforms.json", "a.gltf", "a.json"})
+  for (const char* name : {"transforms.json", "a.gltf"})
     EXPECT_THAT(nlohmann::json::parse(folder.Read(name)).dump(), HasSubstr("caf\uFFFD")) << name;
-}
-
-TEST(MapExport, JsonHasClassesRatesAndTruncatedEdges) {
-  SavedMap saved =
-      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
-  saved.map.classes = {{{100, 101}}, {0, 56}};
-  Object object;
-  object.detection_rate = 0.75;
-  object.observations.resize(2);
-  for (ObjectObservation& o : object.observations) o.reference = KeyframeId(1);
-  object.observations[0].truncated = kLeft | kBottom;
-  saved.map.objects.Insert(ObjectId(1), object);
-  const TempFolder folder;
-  ExportJson(folder / "a.json", saved);
-  const auto json = nlohmann::json::parse(folder.Read("a.json"));
-  EXPECT_EQ(json["classes"].dump(), R"({"movable":[0,56],"parts":{"100":101}})");
-  EXPECT_EQ(json["objects"][0]["detection_rate"], 0.75);
-  EXPECT_EQ(json["objects"][0]["boxes"][0]["truncated"].dump(), R"(["left","bottom"])");
-  EXPECT_EQ(json["objects"][0]["boxes"][1]["truncated"].dump(), "[]");
 }
 
 TEST(MapExport, ColorsAreThoseOfThePixels) {
@@ -364,20 +344,14 @@ TEST(MapExport, EveryMapCanBeWritten) {
         rng);
     if (empty) saved.trajectory.clear();
     ExportPly(folder / "a.ply", saved, true);
-    ExportObj(folder / "a.obj", saved);
     ExportGltf(folder / "a.gltf", saved);
     ExportGltf(folder / "a.glb", saved);
-    ExportJson(folder / "a.json", saved);
     ExportTum(folder / "a.txt", saved);
     ExportColmap(folder.path(), saved, ImagesByTime(saved));
     const auto gltf = nlohmann::json::parse(folder.Read("a.gltf"));
     EXPECT_EQ(gltf["asset"]["version"], "2.0");
-    const auto json = nlohmann::json::parse(folder.Read("a.json"));
-    EXPECT_EQ(json["landmarks"].size(), saved.map.landmarks.size());
-    EXPECT_EQ(json["objects"].size(), saved.map.objects.size());
     EXPECT_EQ(LoadTrajectory(folder / "a.txt").size(),
-              empty ? saved.map.keyframes.size() : json["trajectory"].size());
-    EXPECT_THAT(folder.Read("a.obj"), HasSubstr("mtllib a.mtl"));
+              empty ? saved.map.keyframes.size() : FinalTrajectories(saved)[0].size());
   }
   EXPECT_THAT(InputErrorOf([&] { ExportPly(folder / "no/a.ply", SavedMap(), false); }),
               HasSubstr("cannot be written"));

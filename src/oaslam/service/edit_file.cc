@@ -26,7 +26,6 @@ CREATE TABLE anchors(map TEXT, version INTEGER, name TEXT, is_removed INTEGER, m
   cam_from_anchor_tx REAL, cam_from_anchor_ty REAL, cam_from_anchor_tz REAL,
   object INTEGER, offset_x REAL, offset_y REAL, offset_z REAL, PRIMARY KEY(map, name)) WITHOUT ROWID;
 CREATE INDEX anchors_by_version ON anchors(map, version);
-CREATE TABLE georeferences(map TEXT PRIMARY KEY, document TEXT) WITHOUT ROWID;
 )sql";
 constexpr int kAnchorColumns = 18;
 
@@ -97,7 +96,7 @@ void EditFile::Prepare() {
     database_.exec(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}",
                                kApplicationId, kFormatVersion));
   } else if (database_.execAndGet("PRAGMA application_id").getInt() != kApplicationId) {
-    throw SQLite::Exception("is no file of anchors and georeferences");
+    throw SQLite::Exception("is no file of anchors");
   } else if (version > kFormatVersion) {
     throw SQLite::Exception(fmt::format(
         "was written by a newer version (format {}, this one reads {})", version, kFormatVersion));
@@ -173,34 +172,10 @@ std::optional<int64_t> EditFile::EditAnchor(const std::string& map, const std::s
   });
 }
 
-std::optional<std::string> EditFile::Georeference(const std::string& map) {
-  return Try([&]() -> std::optional<std::string> {
-    Checksum unused;
-    RowReader rows(database_, unused, "georeferences", "map", IsMap(map));
-    if (!rows.Next()) return std::nullopt;
-    rows.Text();  // the map
-    return rows.Text();
-  });
-}
-
-void EditFile::SetGeoreference(const std::string& map, const std::optional<std::string>& text) {
-  Try([&] {
-    SQLite::Transaction transaction(database_, SQLite::TransactionBehavior::IMMEDIATE);
-    database_.exec("DELETE FROM georeferences WHERE " + IsMap(map));
-    Checksum unused;
-    if (text)
-      RowWriter(database_, unused, "georeferences", 2)
-          .Write(std::string_view(map), std::string_view(*text));
-    NextVersion(map);
-    transaction.commit();
-  });
-}
-
 void EditFile::RemoveMap(const std::string& map) {
   Try([&] {
     SQLite::Transaction transaction(database_, SQLite::TransactionBehavior::IMMEDIATE);
-    for (const char* table : {"anchors", "georeferences"})
-      database_.exec(fmt::format("DELETE FROM {} WHERE {}", table, IsMap(map)));
+    database_.exec("DELETE FROM anchors WHERE " + IsMap(map));
     WriteAnchor(map, NextVersion(map), "", std::nullopt);
     transaction.commit();
   });

@@ -10,9 +10,9 @@
 
 namespace oaslam {
 
-// The anchors and georeferences of the maps of a folder: a SQLite file that several processes may
-// use at the same time. For one thread at a time. Functions throw InputError where the file is
-// damaged, and StoreUnavailable where it is locked for long or cannot be written.
+// The anchors of the maps of a folder: a SQLite file that several processes may use at the same
+// time. For one thread at a time. Functions throw InputError where the file is damaged, and
+// StoreUnavailable where it is locked for long or cannot be written.
 class EditFile {
  public:
   // Creates the file where it is missing. Throws InputError for a file that is none of these, or
@@ -24,8 +24,6 @@ class EditFile {
   std::optional<int64_t> EditAnchor(const std::string& map, const std::string& name,
                                     const std::optional<Anchor>& anchor, bool must_be_new,
                                     const std::string& replaces);
-  std::optional<std::string> Georeference(const std::string& map);
-  void SetGeoreference(const std::string& map, const std::optional<std::string>& text);
 
   // Removes what the file has of a map. The version of its anchors ascends all the same.
   void RemoveMap(const std::string& map);

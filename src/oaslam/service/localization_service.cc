@@ -126,17 +126,16 @@ class LocalizationService::Impl {
   HttpAnswer PutMap(const std::string& name, const std::string& file);
   HttpAnswer AnswerModel(const std::string& path);
   HttpAnswer AnswerAnchor(const ServedMap& map, const AnchorOutcome& outcome);
-  HttpAnswer DoGeoreference(const Target& target, const HttpRequest& request);
 
   std::shared_ptr<ServiceState> state_;
 };
 
 LocalizationService::BodyPlan LocalizationService::Impl::PlanBody(const HttpRequest& head) {
-  // Of JSON with an edit, or a georeference of some hundred points; of 16 images of 4 MB; of a map
-  // that just fits into the memory that is allowed by default.
+  // Of JSON with an edit; of 16 images of 4 MB; of a map that just fits into the memory that is
+  // allowed by default.
   constexpr uint64_t kSmall = 64 << 10, kImages = 64 << 20, kMap = uint64_t{2} << 30;
   const Route route = TargetOf(head.path).route;
-  if (route == Route::kLocalize || route == Route::kGeoPose) return {kImages, ""};
+  if (route == Route::kLocalize) return {kImages, ""};
   if (route == Route::kMap && head.method == verb::put)
     return {kMap, state_->files->NewPath().string()};
   // A request that only reads has no body.
@@ -199,8 +198,6 @@ HttpAnswer LocalizationService::Impl::DescribeMap(const ServedMap& map) {
   json["bounds"] = BoundsOf(content);
   json["up"] = content.up ? JsonOf(*content.up) : Json();
   json["is_metric"] = content.is_metric;
-  json["georeference"] =
-      edits->georeference ? Json::parse(*edits->georeference, nullptr, false) : Json();
   return Answer(json);
 }
 
@@ -233,30 +230,6 @@ HttpAnswer LocalizationService::Impl::AnswerAnchor(const ServedMap& map,
   return Answer({{"name", outcome.name}}, code);  // it was removed, perhaps by another meanwhile
 }
 
-HttpAnswer LocalizationService::Impl::DoGeoreference(const Target& target,
-                                                     const HttpRequest& request) {
-  const auto map = MapOf(target);
-  MapEdits edits = *state_->shelf.Edits(target.map);
-  if (request.method == verb::put) {
-    edits.georeference = request.body;
-    GeoreferenceOf(map->saved().map, edits);  // refuses what does not fit
-    state_->shelf.store().SetGeoreference(target.map, request.body);
-  } else if (request.method == verb::delete_) {
-    state_->shelf.store().SetGeoreference(target.map, std::nullopt);
-    edits.georeference.reset();
-  }
-  if (request.method != verb::get && request.method != verb::head)
-    state_->shelf.Refresh(target.map);
-  if (!edits.georeference) {
-    if (request.method == verb::delete_) return Answer({{"removed", true}});
-    return Refuse(status::not_found, "the map has no georeference");
-  }
-  Json json = Json::parse(*edits.georeference, nullptr, false);
-  if (const auto fitted = GeoreferenceOf(map->saved().map, edits))
-    json["residual_m"] = fitted->residual_m;
-  return Answer(json);
-}
-
 HttpAnswer LocalizationService::Impl::Do(const Target& target, HttpRequest& request) {
   ServiceState& state = *state_;
   switch (target.route) {
@@ -278,13 +251,6 @@ HttpAnswer LocalizationService::Impl::Do(const Target& target, HttpRequest& requ
       const LocalizeRequest read = ReadLocalizeRequest(std::move(request));
       return Answer(AnswerLocalize(state, *map, read.images, read.mode));
     }
-    case Route::kGeoPose: {
-      GeoPoseReply reply = AnswerGeoPose(state, request.body);
-      HttpAnswer answer;
-      answer.status = static_cast<status>(reply.status);
-      answer.body = std::move(reply.body);
-      return answer;
-    }
     case Route::kAnchors: {
       const auto map = MapOf(target);
       if (request.method != verb::post)
@@ -301,8 +267,6 @@ HttpAnswer LocalizationService::Impl::Do(const Target& target, HttpRequest& requ
       return AnswerAnchor(
           *map, ChangeAnchor(state, *map, target.rest, ReadAnchorEdit(JsonInput(body, "body"))));
     }
-    case Route::kGeoreference:
-      return DoGeoreference(target, request);
     case Route::kTrack:
     case Route::kRecord:
       return Refuse(status::upgrade_required, "this path is of a WebSocket");
@@ -344,7 +308,7 @@ void LocalizationService::Impl::Handle(HttpRequest request, Reply reply) {
     answer.fields.emplace_back("Allow", MethodsOf(target.route));
     return finish(reply, std::move(answer));
   }
-  if (target.map.empty() && target.route != Route::kMaps && target.route != Route::kGeoPose)
+  if (target.map.empty() && target.route != Route::kMaps)
     return finish(reply, AnswerAtOnce(target, request));
   const auto kept = std::make_shared<HttpRequest>(std::move(request));
   const auto remove_body = [kept] {

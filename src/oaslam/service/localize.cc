@@ -3,12 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numbers>
 #include <utility>
 
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
-#include "oaslam/service/geopose_protocol.h"
 #include "oaslam/service/received_image.h"
 #include "oaslam/util/base64.h"
 #include "oaslam/util/lower.h"
@@ -106,19 +104,14 @@ Localized Localize(ServiceState& state, const ServedMap& map, const ImageRequest
 Json AnswerLocalize(ServiceState& state, const ServedMap& map,
                     const std::vector<ImageRequest>& images, RelocalizationMode mode) {
   const std::shared_ptr<const MapEdits> edits = state.shelf.Edits(map.stored.name);
-  const std::optional<Georeference> georeference = GeoreferenceOf(map.saved().map, *edits);
   Json results = Json::array();
   for (const ImageRequest& image : images) {
     const Stopwatch watch;
     const Localized found = Localize(state, map, image, mode);
     Json json = JsonOf(found.result, found.camera);
-    if (found.result.world_from_cam) {
-      if (found.camera)
-        json["objects"] =
-            JsonOfObjectsInView(map.saved(), *found.camera, *found.result.world_from_cam);
-      if (georeference)
-        json["geopose"] = JsonOf(GeoPoseOfCamera(*georeference, *found.result.world_from_cam));
-    }
+    if (found.result.world_from_cam && found.camera)
+      json["objects"] =
+          JsonOfObjectsInView(map.saved(), *found.camera, *found.result.world_from_cam);
     json["ms"] = watch.WallMs();
     state.metrics.Observe("oaslam_localize_seconds", watch.WallMs() / 1000);
     state.metrics.Count("oaslam_localized_total", {{"evidence", ToString(found.result.evidence)}});

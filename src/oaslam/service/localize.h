@@ -26,12 +26,4 @@ struct LocalizeRequest {
 };
 LocalizeRequest ReadLocalizeRequest(HttpRequest request);
 
-// POST /geopose: the answer of the GeoPose protocol, and the HTTP status. All maps with a
-// georeference are asked, those first that the device believes to be near.
-struct GeoPoseReply {
-  int status = 200;
-  std::string body;
-};
-GeoPoseReply AnswerGeoPose(ServiceState& state, const std::string& body);
-
 }  // namespace oaslam

@@ -48,7 +48,6 @@ constexpr const char* kTables[] = {
   offset_x double precision NOT NULL, offset_y double precision NOT NULL, offset_z double precision NOT NULL,
   PRIMARY KEY(map, name)))sql",
     "CREATE INDEX IF NOT EXISTS oaslam_anchors_by_version ON oaslam_anchors(map, version)",
-    "CREATE TABLE IF NOT EXISTS oaslam_georeferences(map text PRIMARY KEY, document text NOT NULL)",
 };
 
 void CreateTables(PgConnection& connection) {
@@ -202,7 +201,7 @@ class MapDatabase : public MapStore {
       if (connection.Run("DELETE FROM oaslam_maps WHERE name = $1 RETURNING 1", {map}).size() == 0)
         return false;
       const int64_t version = NextVersion(connection, map);
-      for (const char* table : {"oaslam_chunks", "oaslam_anchors", "oaslam_georeferences"})
+      for (const char* table : {"oaslam_chunks", "oaslam_anchors"})
         connection.Run(fmt::format("DELETE FROM {} WHERE map = $1", table), {map});
       WriteAnchor(connection, map, version, "", std::nullopt);
       transaction.Commit();
@@ -256,25 +255,6 @@ class MapDatabase : public MapStore {
       if (!replaces.empty()) WriteAnchor(connection, map, version, replaces, std::nullopt);
       transaction.Commit();
       return version;
-    });
-  }
-
-  std::optional<std::string> Georeference(const std::string& map) override {
-    CheckMapName(map);
-    const PgRows rows = calls_.Use([&](PgConnection& c) {
-      return c.Run("SELECT document FROM oaslam_georeferences WHERE map = $1", {map});
-    });
-    return rows.size() > 0 ? std::optional(std::string(rows.Text(0, 0))) : std::nullopt;
-  }
-
-  void SetGeoreference(const std::string& map, const std::optional<std::string>& text) override {
-    CheckMapName(map);
-    calls_.Use([&](PgConnection& connection) {
-      PgTransaction transaction(connection);
-      NextVersion(connection, map);
-      connection.Run("DELETE FROM oaslam_georeferences WHERE map = $1", {map});
-      if (text) connection.Run("INSERT INTO oaslam_georeferences VALUES ($1, $2)", {map, *text});
-      transaction.Commit();
     });
   }
 

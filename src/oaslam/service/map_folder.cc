@@ -19,7 +19,7 @@ namespace {
 constexpr std::chrono::milliseconds kPeriod{300};
 
 class MapFolder : public MapStore {
-  // The files, and how often their anchors and georeferences were edited, by map.
+  // The files, and how often their anchors were edited, by map.
   struct State {
     std::map<std::string, FileIdentity> files;
     std::map<std::string, int64_t> edits;
@@ -79,15 +79,6 @@ class MapFolder : public MapStore {
                                     const std::optional<Anchor>& anchor, bool must_be_new,
                                     const std::string& replaces) override {
     return Edit([&] { return edits_.EditAnchor(map, name, anchor, must_be_new, replaces); });
-  }
-
-  std::optional<std::string> Georeference(const std::string& map) override {
-    const std::scoped_lock lock(edits_mutex_);
-    return edits_.Georeference(map);
-  }
-
-  void SetGeoreference(const std::string& map, const std::optional<std::string>& text) override {
-    Edit([&] { edits_.SetGeoreference(map, text); });
   }
 
   void Watch(std::function<void(const std::string& map)> changed) override {

@@ -217,7 +217,6 @@ TEST(MapFolder, ReadsTheEditsOfVersion1) {
   EXPECT_EQ(edits.entries[1].name, "gone");
   EXPECT_EQ(edits.entries[1].version, 3);
   EXPECT_FALSE(edits.entries[1].anchor);
-  EXPECT_EQ(store->Georeference("desk"), "{\"points\": []}");
   EXPECT_EQ(store->EditAnchor("desk", "another", flag, true), 5);
 }
 

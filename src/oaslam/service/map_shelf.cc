@@ -112,7 +112,6 @@ std::shared_ptr<const MapEdits> MapShelf::ReadEdits(const std::string& map, Slot
     const std::string name = entry.name;
     edits.anchors.emplace(name, std::move(entry));
   }
-  edits.georeference = store_->Georeference(map);
   auto now = std::make_shared<const MapEdits>(std::move(edits));
   const std::scoped_lock lock(mutex_);
   // Another thread may have read newer ones meanwhile.

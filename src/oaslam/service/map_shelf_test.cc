@@ -50,12 +50,6 @@ class CountingStore : public MapStore {
                                     const std::string& replaces = {}) override {
     return store_->EditAnchor(map, name, anchor, must_be_new, replaces);
   }
-  std::optional<std::string> Georeference(const std::string& map) override {
-    return store_->Georeference(map);
-  }
-  void SetGeoreference(const std::string& map, const std::optional<std::string>& text) override {
-    store_->SetGeoreference(map, text);
-  }
   void Watch(std::function<void(const std::string& map)> changed) override {
     store_->Watch(std::move(changed));
   }
@@ -247,12 +241,10 @@ TEST_F(MapShelfTest, EditsAreThoseOfTheStore) {
   EXPECT_EQ(edits->anchors.at("flag 1").anchor, ShelfFlag());
   other_server->EditAnchor("a", "flag 1", std::nullopt, false);
   other_server->EditAnchor("a", "flag 2", ShelfFlag(), true);
-  other_server->SetGeoreference("a", "{}");
   shelf_->Refresh("a");
   const auto later = shelf_->Edits("a");
   EXPECT_FALSE(later->anchors.at("flag 1").anchor);
   EXPECT_TRUE(later->anchors.at("flag 2").anchor);
-  EXPECT_EQ(later->georeference, "{}");
   EXPECT_TRUE(edits->anchors.at("flag 1").anchor);  // what is in use stays
 }
 
@@ -260,7 +252,6 @@ TEST_F(MapShelfTest, EditsAreThoseOfTheStore) {
 TEST_F(MapShelfTest, AMapThatWasStoredAnewHasNoOldAnchors) {
   const auto map = shelf_->Get("a");
   store_->EditAnchor("a", "flag 1", ShelfFlag(), true);
-  store_->SetGeoreference("a", "{}");
   shelf_->Refresh("a");
   EXPECT_TRUE(shelf_->Edits("a")->anchors.contains("flag 1"));
   store_->Remove("a");
@@ -268,7 +259,6 @@ TEST_F(MapShelfTest, AMapThatWasStoredAnewHasNoOldAnchors) {
   shelf_->Refresh("a");
   EXPECT_EQ(shelf_->Get("a")->stored.digest, map->stored.digest);
   EXPECT_TRUE(shelf_->Edits("a")->anchors.empty());
-  EXPECT_FALSE(shelf_->Edits("a")->georeference);
 }
 
 TEST_F(MapShelfTest, WhatIsLoadedIsServedWhileTheStoreIsAway) {

@@ -52,8 +52,8 @@ struct AnchorEdits {
   std::vector<AnchorEntry> entries;
 };
 
-// Where the maps of a service are, with what is edited while they are served: anchors and
-// georeferences. Thread-safe; other servers may use the same store at the same time. Edits are
+// Where the maps of a service are, with the anchors that are edited while they are served.
+// Thread-safe; other servers may use the same store at the same time. Edits are
 // whole, and of two edits of one anchor the later one wins. Functions throw InputError for a name
 // that cannot be one, and StoreUnavailable.
 class MapStore {
@@ -68,8 +68,7 @@ class MapStore {
   // the old one or the new one. The file was checked before. The anchors stay; to replace a map is
   // an edit of them all the same, since those of its file are others.
   virtual StoredMap Put(const std::string& map, const std::filesystem::path& file) = 0;
-  // Removes a map with its anchors and georeference, which is an edit of them. False where there is
-  // none.
+  // Removes a map with its anchors, which is an edit of them. False where there is none.
   virtual bool Remove(const std::string& map) = 0;
 
   // The newest edit of each anchor that was edited after `version`; 0: all edits.
@@ -81,13 +80,9 @@ class MapStore {
                                             const std::optional<Anchor>& anchor, bool must_be_new,
                                             const std::string& replaces = {}) = 0;
 
-  // A JSON document (service/georeference.h); nothing where the map has none.
-  virtual std::optional<std::string> Georeference(const std::string& map) = 0;
-  virtual void SetGeoreference(const std::string& map, const std::optional<std::string>& text) = 0;
-
-  // Calls `changed` with the name of each map that has changed, or whose anchors or georeference
-  // have, on a thread of the store's, within a second of the change, whoever made it. An empty
-  // name: anything may have changed (the store could not be reached for a while).
+  // Calls `changed` with the name of each map that has changed, or whose anchors have, on a thread
+  // of the store's, within a second of the change, whoever made it. An empty name: anything may
+  // have changed (the store could not be reached for a while).
   virtual void Watch(std::function<void(const std::string& map)> changed) = 0;
   // `changed` is called no more once this has returned.
   virtual void EndWatch() = 0;
@@ -100,7 +95,7 @@ bool IsPlainName(const std::string& name);
 void CheckMapName(const std::string& name);
 
 // The maps of a folder: NAME.map and NAME.oaslam files, and map.oaslam in folders NAME.oaslam as
-// `oaslam run` makes them. Anchors and georeferences are in one SQLite file in it. With a location
+// `oaslam run` makes them. Anchors are in one SQLite file in it. With a location
 // that begins with postgresql:// or postgres://, those of a PostgreSQL database, whose tables are
 // created where they are missing. Throws InputError where the location cannot be used.
 std::unique_ptr<MapStore> OpenMapStore(const std::string& location);

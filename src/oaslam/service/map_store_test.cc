@@ -290,25 +290,13 @@ TEST_P(MapStoreTest, EachEditOfManyIsAVersion) {
   EXPECT_EQ(edits.entries[0].version, edits.version);
 }
 
-TEST_P(MapStoreTest, KeepsGeoreferences) {
-  EXPECT_FALSE(store_->Georeference("desk"));
-  store_->SetGeoreference("desk", R"({"points": ["'ü"]})");
-  EXPECT_EQ(Another()->Georeference("desk"), R"({"points": ["'ü"]})");
-  store_->SetGeoreference("desk", "{}");
-  EXPECT_EQ(store_->Georeference("desk"), "{}");
-  store_->SetGeoreference("desk", std::nullopt);
-  EXPECT_FALSE(store_->Georeference("desk"));
-}
-
 TEST_P(MapStoreTest, ARemovedMapTakesItsAnchorsAlongButNoVersionComesTwice) {
   store_->Put("desk", File("1"));
   store_->EditAnchor("desk", "a", StoreFlag(), true);
   store_->EditAnchor("attic", "a", StoreFlag(), true);
-  store_->SetGeoreference("desk", "{}");
   const int64_t before = store_->AnchorsSince("desk", 0).version;
   ASSERT_TRUE(store_->Remove("desk"));
   EXPECT_TRUE(store_->AnchorsSince("desk", 0).entries.empty());
-  EXPECT_FALSE(store_->Georeference("desk"));
   EXPECT_EQ(store_->AnchorsSince("attic", 0).entries.size(), 1u);
   store_->Put("desk", File("2"));
   EXPECT_GT(*store_->EditAnchor("desk", "b", StoreFlag(), true), before);
@@ -348,8 +336,6 @@ TEST_P(MapStoreTest, ChangesAreReportedToAll) {
   another->EditAnchor("desk", "a", StoreFlag(), true);
   EXPECT_TRUE(is_reported());
   EXPECT_FALSE(here.Comes("desk", kNotSoon));
-  store_->SetGeoreference("desk", "{}");
-  EXPECT_TRUE(is_reported());
   store_->EditAnchor("desk", "a", std::nullopt, false);
   EXPECT_TRUE(is_reported());
   another->Put("desk", File("2"));
@@ -367,11 +353,8 @@ TEST_P(MapStoreTest, NamesHaveWhatPeopleWrite) {
     store_->Put(name, File("1"));
     EXPECT_EQ(store_->Find(name)->name, name);
     store_->EditAnchor(name, "a", StoreFlag(), true);
-    store_->SetGeoreference(name, "{}");
     EXPECT_EQ(store_->AnchorsSince(name, 0).entries.size(), 1u) << name;
-    EXPECT_EQ(store_->Georeference(name), "{}") << name;
     EXPECT_TRUE(store_->Remove(name)) << name;
-    EXPECT_FALSE(store_->Georeference(name)) << name;
   }
 }
 
@@ -388,8 +371,6 @@ TEST_P(MapStoreTest, NamesThatCannotBeAreRefused) {
     expect([&] { store_->Remove(name); });
     expect([&] { store_->AnchorsSince(name, 0); });
     expect([&] { store_->EditAnchor(name, "a", StoreFlag(), false); });
-    expect([&] { store_->Georeference(name); });
-    expect([&] { store_->SetGeoreference(name, "{}"); });
   }
   CheckMapName(std::string(200, 'a'));
   for (const std::string& name : {std::string(), std::string(65, 'a'), std::string("a\nb"),

@@ -13,8 +13,8 @@ using testing::HasSubstr;
 using testing::SizeIs;
 
 ImageRequest RequestOf(const std::string& text) {
-  const nlohmann::json json = nlohmann::json::parse(text);
-  return ReadImageRequest(JsonInput(json, "header"));
+  const nlohmann::json read = nlohmann::json::parse(text);
+  return ReadImageRequest(JsonInput(read, "header"));
 }
 
 TEST(Messages, AGyroscopeComesWithAnImage) {

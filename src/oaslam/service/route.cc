@@ -17,8 +17,6 @@ const char* NameOf(Route route) {
       return "camera";
     case Route::kModel:
       return "models";
-    case Route::kGeoPose:
-      return "geopose";
     case Route::kMaps:
       return "maps";
     case Route::kMap:
@@ -28,8 +26,6 @@ const char* NameOf(Route route) {
     case Route::kAnchors:
     case Route::kAnchor:
       return "anchors";
-    case Route::kGeoreference:
-      return "georeference";
     case Route::kTrack:
       return "track";
     case Route::kRecord:
@@ -47,7 +43,6 @@ Target TargetOf(const std::string& path) {
                                                   {"/openapi.json", Route::kOpenApi},
                                                   {"/camera", Route::kCamera},
                                                   {"/", Route::kCamera},
-                                                  {"/geopose", Route::kGeoPose},
                                                   {"/v1/maps", Route::kMaps}};
   if (const auto found = fixed.find(path); found != fixed.end()) return {found->second, "", ""};
   if (path.starts_with(kModels)) return {Route::kModel, "", path.substr(kModels.size())};
@@ -60,7 +55,6 @@ Target TargetOf(const std::string& path) {
   const std::string part = rest.substr(slash + 1);
   static const std::map<std::string, Route> parts{{"localize", Route::kLocalize},
                                                   {"anchors", Route::kAnchors},
-                                                  {"georeference", Route::kGeoreference},
                                                   {"track", Route::kTrack},
                                                   {"record", Route::kRecord}};
   if (const auto found = parts.find(part); found != parts.end()) return {found->second, map, ""};
@@ -73,10 +67,8 @@ Target TargetOf(const std::string& path) {
 std::string MethodsOf(Route route) {
   switch (route) {
     case Route::kLocalize:
-    case Route::kGeoPose:
       return "POST";
     case Route::kMap:
-    case Route::kGeoreference:
       return "GET, HEAD, PUT, DELETE";
     case Route::kAnchors:
       return "GET, HEAD, POST";
@@ -99,8 +91,7 @@ Access AccessOf(Route route, boost::beast::http::verb method) {
       route == Route::kNowhere)
     return Access::kNone;
   if (route == Route::kRecord) return Access::kWrite;
-  const bool reads = method == verb::get || method == verb::head || route == Route::kLocalize ||
-                     route == Route::kGeoPose;
+  const bool reads = method == verb::get || method == verb::head || route == Route::kLocalize;
   return reads ? Access::kRead : Access::kWrite;
 }
 

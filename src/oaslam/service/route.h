@@ -13,13 +13,11 @@ enum class Route {
   kOpenApi,
   kCamera,
   kModel,
-  kGeoPose,
   kMaps,
   kMap,
   kLocalize,
   kAnchors,
   kAnchor,
-  kGeoreference,
   kTrack,
   kRecord,
   kNowhere

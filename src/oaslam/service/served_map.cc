@@ -3,17 +3,6 @@
 #include <utility>
 
 namespace oaslam {
-namespace {
-
-GeoreferencedMap Referred(const Map& map) {
-  GeoreferencedMap referred{map.up, map.is_metric, {}};
-  for (const AnchorPose& anchor : PosesOf(map))
-    referred.anchors.emplace(anchor.name, anchor.world_from_anchor);
-  return referred;
-}
-
-}  // namespace
-
 // Counts the large parts; a quarter is added for the small ones.
 size_t BytesInMemory(const SavedMap& saved) {
   constexpr size_t kIndexed = 64;  // bytes of a point in an index of places
@@ -56,11 +45,6 @@ AnchorNews NewsOf(const Map& map, const MapEdits& edits, int64_t since) {
     if (news.is_complete || version > since) news.anchors.push_back({pose, version});
   }
   return news;
-}
-
-std::optional<Georeference> GeoreferenceOf(const Map& map, const MapEdits& edits) {
-  if (!edits.georeference) return std::nullopt;
-  return ReadGeoreference(*edits.georeference, Referred(WithEdits(map, edits)));
 }
 
 }  // namespace oaslam

@@ -10,7 +10,6 @@
 #include "oaslam/anchors/editing.h"
 #include "oaslam/localization/snapshot_content.h"
 #include "oaslam/map_localizer.h"
-#include "oaslam/service/georeference.h"
 #include "oaslam/service/map_store.h"
 
 namespace oaslam {
@@ -34,7 +33,6 @@ struct ServedMap {
 struct MapEdits {
   int64_t version = 0, map_version = 0;        // as of AnchorEdits
   std::map<std::string, AnchorEntry> anchors;  // the newest edit of each
-  std::optional<std::string> georeference;     // the document
 };
 
 // A map with the anchors that it has now: those of its file, as they were edited.
@@ -53,8 +51,5 @@ struct AnchorNews {
   std::vector<std::string> removed;
 };
 AnchorNews NewsOf(const Map& map, const MapEdits& edits, int64_t since);
-
-// Nothing where the map has none. Throws InputError where it does not fit the map.
-std::optional<Georeference> GeoreferenceOf(const Map& map, const MapEdits& edits);
 
 }  // namespace oaslam
