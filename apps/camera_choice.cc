@@ -31,10 +31,8 @@ double UndoReadout(const SlamConfig& config, int camera, SavedMap& saved) {
   const SelfCalibrationOptions quickly{.readout_sigma_s = 0.02, .compares_parts = false};
   const SelfCalibration found = SelfCalibrate(saved.map, camera, quickly, saved.trajectory);
   if (found.SureReadout() == 0) return 0;
-  const Map with =
-      Recalibrated(saved.map, camera, found, config.bundle, config.mapping.min_shared_landmarks);
-  saved.map = WithoutReadout(with, saved.trajectory, found.readout_s, config.bundle,
-                             config.mapping.min_shared_landmarks);
+  const Map with = Recalibrated(saved.map, camera, found, config.bundle);
+  saved.map = WithoutReadout(with, saved.trajectory, found.readout_s, config.bundle);
   const SelfCalibration rest = SelfCalibrate(saved.map, camera, quickly, saved.trajectory);
   spdlog::debug("rolling shutter: {:.2f} +- {:.2f} ms, left {:.2f}, residuals {:.3f}, then {:.3f}",
                 1000 * found.readout_s, 1000 * found.readout_sigma_s, 1000 * rest.readout_s,
@@ -48,8 +46,7 @@ void BringAlong(const SlamConfig& config, int camera, double readout_s, SavedMap
   for (Piece& piece : saved.pieces) {
     piece.map = WithCamera(piece.map, camera, saved.map.cameras[static_cast<size_t>(camera)]);
     if (readout_s != 0)
-      piece.map = WithoutReadout(piece.map, piece.trajectory, readout_s, config.bundle,
-                                 config.mapping.min_shared_landmarks);
+      piece.map = WithoutReadout(piece.map, piece.trajectory, readout_s, config.bundle);
     else
       ApplyCorrection(GlobalBundleAdjustment(piece.map, kIterations, config.bundle), piece.map);
     RefitMovedObjects(config.objects, piece.map);
@@ -74,8 +71,7 @@ void Refine(const SlamConfig& config, int index, CameraEstimate& camera, SavedMa
   ImageTime now;
   if (!saved.trajectory.empty())
     now = {saved.trajectory.back().frame_index, saved.trajectory.back().timestamp};
-  saved.map =
-      Recalibrated(saved.map, index, found, config.bundle, config.mapping.min_shared_landmarks);
+  saved.map = Recalibrated(saved.map, index, found, config.bundle);
   UpdateObjects(saved.map, {}, now, config.objects);
   camera.camera = found.camera;
   camera.focal_sigma_px = found.focal_sigma_px;

@@ -153,8 +153,7 @@ std::optional<CameraEstimate> RefineWholeMap(const RunOptions& options, const Sl
   SavedMap refined = saved;
   if (options.readout_ms) {
     const auto undo = [&](const Map& map, const std::vector<FramePose>& trajectory) {
-      Map still = WithoutReadout(map, trajectory, *options.readout_ms / 1000, config.bundle,
-                                 config.mapping.min_shared_landmarks);
+      Map still = WithoutReadout(map, trajectory, *options.readout_ms / 1000, config.bundle);
       RefitMovedObjects(config.objects, still);
       return still;
     };

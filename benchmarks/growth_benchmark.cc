@@ -244,11 +244,11 @@ void CloseALoop(benchmark::State& state) {
       loop = detector.Detect(map, KeyframeId(k), rng);
     is_found = loop.has_value();
     if (!loop) continue;
-    correction.Add(Timed([&] { CorrectLoop(*loop, 15, map); }));
+    correction.Add(Timed([&] { CorrectLoop(*loop, map); }));
     for (const std::vector<KeyframeId>& window : AdjustmentWindows(map))
       adjustment = std::max(adjustment, WallTimed([&] {
                               BackgroundBundle bundle(map, window, BundleConfig{}, 0);
-                              bundle.WaitAndApply(15, map);
+                              bundle.WaitAndApply(map);
                             }));
   }
   state.counters["found"] = is_found;

@@ -226,7 +226,7 @@ TEST(MappingFailure, OfTheBackgroundBundleIsTold) {
   Map map = synthetic::MakeMap(world, {.position_noise = 0.02}).map;
   const MemoryRunsOut out(20);
   BackgroundBundle bundle(map, map.keyframes.Ids(), BundleConfig{}, 0);
-  EXPECT_THROW(bundle.WaitAndApply(15, map), std::bad_alloc);
+  EXPECT_THROW(bundle.WaitAndApply(map), std::bad_alloc);
 }
 
 }  // namespace

@@ -210,7 +210,7 @@ class Building {
     if (options_.is_described)
       for (const KeyframeId id : map_.keyframes.Ids())
         DescribeEveryThird(map_.keyframes.MutableAt(id));
-    for (const KeyframeId id : map_.keyframes.Ids()) map_.UpdateCovisibility(id, 15);
+    for (const KeyframeId id : map_.keyframes.Ids()) map_.UpdateCovisibility(id);
   }
 
   void MakeObjects() {

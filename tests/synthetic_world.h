@@ -198,8 +198,7 @@ inline MappedWorld MakeMap(const World& world, const MapOptions& options) {
     map.UpdateLandmark(id);
     result.landmark_of_point[i] = id;
   }
-  for (uint32_t k = 0; k < world.cam_from_world.size(); ++k)
-    map.UpdateCovisibility(KeyframeId(k), 15);
+  for (uint32_t k = 0; k < world.cam_from_world.size(); ++k) map.UpdateCovisibility(KeyframeId(k));
   return result;
 }
 

@@ -51,8 +51,6 @@ class Box:
     y2: float
 class BundleConfig:
     def __init__(self) -> None: ...
-    local_iterations: int
-    max_local_keyframes: int
     objects: BundleObjects
 class BundleObjects:
     NONE: ClassVar[BundleObjects]
@@ -182,11 +180,7 @@ class FeaturesConfig:
     def __init__(self) -> None: ...
     count: int
     descriptor: DescriptorKind
-    fast_threshold: int
-    levels: int
-    min_fast_threshold: int
     resolution: int
-    scale_factor: float
 class GyroscopeCalibration:
     @property
     def bias(self) -> numpy.typing.NDArray[numpy.float64]: ...
@@ -369,11 +363,7 @@ class MapViewer:
     def url(self) -> str: ...
 class MappingConfig:
     def __init__(self) -> None: ...
-    covisible_neighbors: int
-    keyframe_redundancy: float
     loop_closing: bool
-    min_parallax_cos: float
-    min_shared_landmarks: int
 class MappingError(RuntimeError): ...
 class NetworkBackend:
     AUTO: ClassVar[NetworkBackend]
@@ -420,17 +410,10 @@ class ObjectPresence:
     def seen(self) -> int: ...
 class ObjectsConfig:
     def __init__(self) -> None: ...
-    drop_after_s: float
-    fusion_iou: float
-    max_box_age_s: float
-    min_accept_iou: float
     min_accept_share: float
-    min_iou_box: float
-    min_iou_projection: float
     min_observations: int
     min_parallax_deg: float
     min_score: float
-    min_shared_points: int
     model: ObjectMethod
 class Orientation:
     STORED: ClassVar[Orientation]
@@ -479,10 +462,8 @@ class RelocalizationConfig:
     accept_evidence: float
     accept_margin: float
     accept_objects: int
-    max_detections: int
     min_score: float
     objects: ObjectMethod
-    ransac_iterations: int
 class RelocalizationMode:
     POINTS: ClassVar[RelocalizationMode]
     OBJECTS: ClassVar[RelocalizationMode]
@@ -618,15 +599,8 @@ class StampedPose:
     def world_from_cam(self) -> numpy.typing.NDArray[numpy.float64]: ...
 class TrackingConfig:
     def __init__(self) -> None: ...
-    keyframe_inlier_ratio: float
-    max_keyframe_interval: float
     max_object_sigma: float
-    min_init_matches: int
-    min_init_parallax_deg: float
     min_inliers: int
-    min_keyframe_interval: float
-    min_relocalization_inliers: int
-    reset_below_keyframes: int
 class TrackingResult:
     @property
     def confidence(self) -> float: ...

@@ -50,7 +50,7 @@ class TestHelp:
         assert done.code != 0
         assert "Did you mean" not in done.err, done
 
-    @pytest.mark.parametrize("setting,meant", [("tracking.min_inlier=25", "tracking.min_inliers"), ("mapping.min_shared_landmark=3", "mapping.min_shared_landmarks"),
+    @pytest.mark.parametrize("setting,meant", [("tracking.min_inlier=25", "tracking.min_inliers"), ("mapping.loop_closin=off", "mapping.loop_closing"),
                                                ("runer.lag=1", "runner.lag")])
     def test_settings(self, setting, meant):
         done = oaslam("run", "--images", harness.clip("map_front")[1], "--camera", "fov:60", "--out", "/tmp/none", "--set", setting)

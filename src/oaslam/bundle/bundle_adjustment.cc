@@ -58,8 +58,9 @@ std::vector<Id> AddedTo(const Table<Id, T>& table, const Table<Id, T>& earlier) 
 }  // namespace
 
 BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest,
-                                       const BundleConfig& config) {
-  std::vector<KeyframeId> window = map.KeyframesAround(newest, config.max_local_keyframes - 1);
+                                       const BundleConfig& config, int max_keyframes) {
+  constexpr int kIterations = 10;  // at most; it ends earlier where the error no longer falls
+  std::vector<KeyframeId> window = map.KeyframesAround(newest, max_keyframes - 1);
   std::ranges::sort(window);
   BundleSelection selection;
   selection.landmarks = LandmarksSeenBy(map, window);
@@ -73,7 +74,7 @@ BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest,
   std::ranges::sort(selection.fixed_keyframes);
   selection.free_keyframes.assign(window.begin() + (hold_oldest ? 1 : 0), window.end());
   SelectObjects(map, config.objects, selection);
-  return SolveBundle(map, selection, {config.local_iterations, kLocalTolerance});
+  return SolveBundle(map, selection, {kIterations, kLocalTolerance});
 }
 
 BundleCorrection GlobalBundleAdjustment(const Map& map, int iterations, const BundleConfig& config,

@@ -25,8 +25,9 @@ struct BundleCorrection {
 // second, if there are more than a few outliers (chi^2 > 5.991, or behind the camera), without
 // kernel and without outliers. `config.objects` adds the boxes of mapped objects (paper, section
 // "Integrating Objects in Bundle Adjustment"), which always have the kernel.
+// Its time grows with `max_keyframes`, those that it moves.
 BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest,
-                                       const BundleConfig& config);
+                                       const BundleConfig& config, int max_keyframes = 25);
 
 // Adjusts the whole map with the first keyframe fixed. When a stop is requested, it ends after the
 // present iteration, without success.

@@ -118,8 +118,7 @@ TEST(BundleAdjustment, LocalIsHeldByFixedObservers) {
     Keyframe& keyframe = map.keyframes.MutableAt(KeyframeId(k));
     keyframe.cam_from_world = synthetic::Disturb(keyframe.cam_from_world, 0.05, 0.02, rng);
   }
-  const BundleCorrection correction = LocalBundleAdjustment(
-      map, KeyframeId(9), BundleConfig{.local_iterations = 10, .max_local_keyframes = 4});
+  const BundleCorrection correction = LocalBundleAdjustment(map, KeyframeId(9), BundleConfig{}, 4);
   ASSERT_TRUE(correction.success);
   EXPECT_EQ(correction.poses.size(), 4U);
   ApplyCorrection(correction, map);
@@ -262,10 +261,9 @@ TEST(BundleAdjustment, FullItMovesEllipsoidsToTheirBoxes) {
     e.half_axes *= 1.4;
   }
   const double before = CenterError(map, truth);
-  ApplyCorrection(LocalBundleAdjustment(
-                      map, KeyframeId(5),
-                      BundleConfig{.max_local_keyframes = 3, .objects = BundleObjects::kFull}),
-                  map);
+  ApplyCorrection(
+      LocalBundleAdjustment(map, KeyframeId(5), BundleConfig{.objects = BundleObjects::kFull}, 3),
+      map);
   EXPECT_LT(CenterError(map, truth), 0.15 * before);
   EXPECT_NEAR(map.objects.At(ObjectId(0)).ellipsoid.half_axes.maxCoeff(), 0.2, 0.03);
 }

@@ -35,7 +35,7 @@ Features AtOneInstant(const Map& map, KeyframeId id, const Features& rolled,
 }  // namespace
 
 Map WithoutReadout(const Map& map, std::span<const FramePose> trajectory, double readout_s,
-                   const BundleConfig& config, int min_shared_landmarks) {
+                   const BundleConfig& config) {
   // Rounds, since key points and map depend on each other.
   constexpr int kRounds = 3, kIterations = 20;
   Map still = map;
@@ -52,8 +52,7 @@ Map WithoutReadout(const Map& map, std::span<const FramePose> trajectory, double
     }
     ApplyCorrection(GlobalBundleAdjustment(still, kIterations, config), still);
   }
-  for (const KeyframeId id : still.keyframes.Ids())
-    still.UpdateCovisibility(id, min_shared_landmarks);
+  for (const KeyframeId id : still.keyframes.Ids()) still.UpdateCovisibility(id);
   return still;
 }
 

@@ -14,6 +14,6 @@ namespace oaslam {
 // landmarks, and a global bundle adjustment follows; this is repeated a few times, since each
 // depends on the other. A keyframe without another pose shortly before or after it is not changed.
 Map WithoutReadout(const Map& map, std::span<const FramePose> trajectory, double readout_s,
-                   const BundleConfig& config, int min_shared_landmarks);
+                   const BundleConfig& config);
 
 }  // namespace oaslam

@@ -78,7 +78,7 @@ TEST(RollingShutter, UndoingTheReadoutMendsThePoses) {
   const Film film = MakeFilm();
   Map as_is = film.map;
   ApplyCorrection(GlobalBundleAdjustment(as_is, 20, {}), as_is);
-  const Map still = WithoutReadout(film.map, film.trajectory, kReadoutS, {}, 15);
+  const Map still = WithoutReadout(film.map, film.trajectory, kReadoutS, {});
   EXPECT_THAT(still.CheckInvariants(), testing::IsEmpty());
   EXPECT_LT(CenterError(still, film.world), 0.4 * CenterError(as_is, film.world));
 }
@@ -96,7 +96,7 @@ TEST(RollingShutter, TheReadoutIsFoundWithTheCamera) {
 
 TEST(RollingShutter, NoneIsFoundWhereThereIsNone) {
   const Film film = MakeFilm();
-  const Map still = WithoutReadout(film.map, film.trajectory, kReadoutS, {}, 15);
+  const Map still = WithoutReadout(film.map, film.trajectory, kReadoutS, {});
   const SelfCalibration found = SelfCalibrate(still, 0, {.readout_sigma_s = 0.02}, film.trajectory);
   ASSERT_TRUE(found.success) << found.why_not;
   EXPECT_NEAR(found.readout_s, 0, 0.002);
@@ -104,7 +104,7 @@ TEST(RollingShutter, NoneIsFoundWhereThereIsNone) {
 
 TEST(RollingShutter, WithoutATrajectoryKeyPointsStay) {
   const Film film = MakeFilm();
-  const Map still = WithoutReadout(film.map, {}, kReadoutS, {}, 15);
+  const Map still = WithoutReadout(film.map, {}, kReadoutS, {});
   const KeyframeId id(3);
   EXPECT_EQ(still.keyframes.At(id).features, film.map.keyframes.At(id).features);
 }

@@ -349,7 +349,7 @@ SelfCalibration SelfCalibrate(const Map& map, int camera, const SelfCalibrationO
 }
 
 Map Recalibrated(const Map& map, int camera, const SelfCalibration& calibration,
-                 const BundleConfig& config, int min_shared_landmarks) {
+                 const BundleConfig& config) {
   constexpr int kIterations = 20;  // from the solution for part of the keyframes
   Map changed = WithCamera(map, camera, calibration.camera);
   for (const auto& [id, pose] : calibration.poses)
@@ -357,8 +357,7 @@ Map Recalibrated(const Map& map, int camera, const SelfCalibration& calibration,
   for (const auto& [id, point] : calibration.points)
     changed.landmarks.MutableAt(id).position = point;
   ApplyCorrection(GlobalBundleAdjustment(changed, kIterations, config), changed);
-  for (const KeyframeId id : changed.keyframes.Ids())
-    changed.UpdateCovisibility(id, min_shared_landmarks);
+  for (const KeyframeId id : changed.keyframes.Ids()) changed.UpdateCovisibility(id);
   return changed;
 }
 

@@ -58,6 +58,6 @@ SelfCalibration SelfCalibrate(const Map& map, int camera,
 
 // The map with the calibrated camera, after a global bundle adjustment.
 Map Recalibrated(const Map& map, int camera, const SelfCalibration& calibration,
-                 const BundleConfig& config, int min_shared_landmarks);
+                 const BundleConfig& config);
 
 }  // namespace oaslam

@@ -74,7 +74,7 @@ TEST(SelfCalibration, RecalibratedMapIsConsistent) {
   const Map bent = MapByGuess(world, world.camera, 1.25);
   const SelfCalibration found = SelfCalibrate(bent, 0);
   ASSERT_TRUE(found.success) << found.why_not;
-  const Map map = Recalibrated(bent, 0, found, {}, 15);
+  const Map map = Recalibrated(bent, 0, found, {});
   EXPECT_EQ(map.cameras[0], found.camera);
   EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());
   // A second calibration finds nothing to change.

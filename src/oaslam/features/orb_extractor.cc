@@ -17,6 +17,12 @@ constexpr int kFastBorder = kBorder - kFastRing;  // margin around FAST's own bo
 // Side of the cells in which a threshold is chosen: smaller ones follow the contrast more closely,
 // but take noise for corners in each that has no texture.
 constexpr int kCellSize = 32;
+// Least contrast of a corner in grey levels, since weaker ones are often noise; and where a cell
+// has no such corner, so that dim parts of an image are used.
+constexpr uint8_t kContrast = 20, kMinContrast = 7;
+// Levels of the pyramid and the scale between them: they cover a change of distance by 3.6.
+constexpr int kLevels = 8;
+constexpr double kScaleFactor = 1.2;
 
 // atan2 of integers is that of doubles. That of floats gives other bits on other processors.
 float AngleOf(const Moments& moments) {
@@ -47,7 +53,7 @@ OrbExtractor::OrbExtractor(const FeaturesConfig& config, const Camera& camera)
   const double shrink = WorkingShrink(camera, config.resolution);
   const int lowest_width = std::max(1, Rounded(camera.width / shrink)),
             lowest_height = std::max(1, Rounded(camera.height / shrink));
-  pyramid_ = PyramidScales(config.levels, config.scale_factor,
+  pyramid_ = PyramidScales(kLevels, kScaleFactor,
                            std::sqrt(static_cast<double>(camera.width) * camera.height /
                                      (static_cast<double>(lowest_width) * lowest_height)));
   for (int level = 0; level < pyramid_.levels; ++level) {
@@ -78,16 +84,14 @@ std::vector<int> OrbExtractor::CountPerLevel(int count) const {
 // finds nothing.
 std::vector<Corner> OrbExtractor::DetectCorners(const GreyImage& image) {
   const GreyImage inner = image.Inside(kFastBorder);
-  std::vector<Corner> corners =
-      DetectFast(inner, static_cast<uint8_t>(config_.min_fast_threshold), scores_);
+  std::vector<Corner> corners = DetectFast(inner, kMinContrast, scores_);
   const int columns = inner.width / kCellSize + 1;
   const auto cell_of = [&](const Corner& c) { return c.y / kCellSize * columns + c.x / kCellSize; };
   std::vector<char> is_strong(static_cast<size_t>(columns) * (inner.height / kCellSize + 1), 0);
   for (const Corner& c : corners)
-    if (c.score > config_.fast_threshold) is_strong[cell_of(c)] = 1;
-  std::erase_if(corners, [&](const Corner& c) {
-    return c.score <= config_.fast_threshold && is_strong[cell_of(c)];
-  });
+    if (c.score > kContrast) is_strong[cell_of(c)] = 1;
+  std::erase_if(corners,
+                [&](const Corner& c) { return c.score <= kContrast && is_strong[cell_of(c)]; });
   for (Corner& c : corners) {
     c.x += kFastBorder;
     c.y += kFastBorder;

@@ -51,17 +51,17 @@ TEST(ConfigFile, AllProblemsAtOnceAndNothingSet) {
   SlamConfig config;
   const std::string error = InputErrorOf([&] {
     LoadConfig(folder.Write("c.yaml",
-                            "features:\n  count: 1500\n  levels: 3.5\ntracking:\n  min_inlier: "
-                            "20\n  min_init_matches: many\n"
+                            "features:\n  count: 1500\n  resolution: 3.5\ntracking:\n  min_inlier: "
+                            "20\n  max_object_sigma: many\n"
                             "runner:\n  mode: fast\n  lag: 0\n"),
                config);
   });
   EXPECT_THAT(
       error,
-      AllOf(HasSubstr("c.yaml:3: features.levels: 3.5, expected a whole number"),
+      AllOf(HasSubstr("c.yaml:3: features.resolution: 3.5, expected a whole number"),
             HasSubstr(
                 "c.yaml:5: tracking.min_inlier: unknown key, the nearest is tracking.min_inliers"),
-            HasSubstr("c.yaml:6: tracking.min_init_matches: \"many\", expected a number"),
+            HasSubstr("c.yaml:6: tracking.max_object_sigma: \"many\", expected a number"),
             HasSubstr("runner.mode: \"fast\", allowed: sequential | lockstep | live"),
             HasSubstr("runner.lag: 0, allowed: 1 to 1000")));
   EXPECT_EQ(config.features.count, SlamConfig().features.count);
@@ -86,11 +86,11 @@ TEST(ConfigFile, SettingIsAsStrictAsTheFile) {
 TEST(ConfigFile, RoundTrip) {
   const TempFolder folder;
   SlamConfig config;
-  config.features.scale_factor = 1.1 + 1e-13;
+  config.relocalization.min_score = 0.1 + 1e-13;
   config.runner.mode = RunnerMode::kLive;
   SlamConfig copy;
   LoadConfig(folder.Write("c.yaml", ConfigToYaml(config)), copy);
-  EXPECT_EQ(copy.features.scale_factor, config.features.scale_factor);
+  EXPECT_EQ(copy.relocalization.min_score, config.relocalization.min_score);
   EXPECT_EQ(ConfigToYaml(copy), ConfigToYaml(config));
 }
 

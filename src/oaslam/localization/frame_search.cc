@@ -73,7 +73,7 @@ std::optional<Relocalization> FrameSearch::Near(const Frame& frame,
 Relocalization FrameSearch::Confirmed(const Frame& frame, const Rigid3& cam_from_world,
                                       double error_rad) const {
   return FindNear(frame, map_, map_.landmarks.Ids(), cam_from_world, SearchRadius(frame, error_rad),
-                  {3 * tools_.config.relocalization.ransac_iterations, kConfirms}, tools_.rng);
+                  {3 * kRansacIterations, kConfirms}, tools_.rng);
 }
 
 Relocalization FrameSearch::ByPoints(const Frame& frame, Appearance appearance,
@@ -87,7 +87,7 @@ Relocalization FrameSearch::ByPoints(const Frame& frame, Appearance appearance,
 
 std::optional<size_t> FrameSearch::JoinObjects(const Frame& frame, Relocalization& found) const {
   const RelocalizationConfig& config = tools_.config.relocalization;
-  const bool are_few = found.points.inliers < 2 * tools_.config.tracking.min_relocalization_inliers;
+  const bool are_few = found.points.inliers < 2 * kMinRelocalizationInliers;
   if (IsAsInPaper() || !are_few) return std::nullopt;
   Relocalization joint =
       RefineByPointsAndObjects(frame.detections, *frame.camera, map_, config, found);

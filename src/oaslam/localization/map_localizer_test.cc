@@ -105,7 +105,7 @@ SavedMap MapOfWall() {
     for (const Observation& o : seen) map.AddObservation(id, o.keyframe, o.keypoint);
     map.UpdateLandmark(id);
   }
-  for (uint32_t k = 0; k < 3; ++k) map.UpdateCovisibility(KeyframeId(k), 15);
+  for (uint32_t k = 0; k < 3; ++k) map.UpdateCovisibility(KeyframeId(k));
   Rng rng(4);
   for (uint32_t i = 0; i < 10; ++i) {
     Object object;

@@ -22,6 +22,9 @@
 
 namespace oaslam {
 
+// Landmarks in common that join two keyframes in the covisibility graph.
+constexpr int kMinSharedLandmarks = 15;
+
 struct Covisible {
   KeyframeId keyframe;
   int shared = 0;  // landmarks seen by both
@@ -194,7 +197,7 @@ struct Map {
   void UpdateLandmarkGeometry(LandmarkId id);  // normal and range only
   // Computes the covisibility of a keyframe from its landmarks; updates the lists of its
   // neighbours, too.
-  void UpdateCovisibility(KeyframeId id, int min_shared);
+  void UpdateCovisibility(KeyframeId id, int min_shared = kMinSharedLandmarks);
 
   // The up to `count` most covisible keyframes.
   std::vector<KeyframeId> CovisibleKeyframes(KeyframeId id, int count) const;

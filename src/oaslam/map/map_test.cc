@@ -38,7 +38,7 @@ Map ThreeKeyframes() {
     for (uint32_t k = 0; k < 3; ++k) map.AddObservation(id, KeyframeId(k), i);
     map.UpdateLandmark(id);
   }
-  for (uint32_t k = 0; k < 3; ++k) map.UpdateCovisibility(KeyframeId(k), 15);
+  for (uint32_t k = 0; k < 3; ++k) map.UpdateCovisibility(KeyframeId(k));
   return map;
 }
 
@@ -91,7 +91,7 @@ TEST(Map, CovisibilityCountsSharedLandmarks) {
   ASSERT_EQ(map.keyframes.At(KeyframeId(0)).covisible.size(), 2U);
   EXPECT_EQ(map.keyframes.At(KeyframeId(0)).covisible[0], (Covisible{KeyframeId(1), 20}));
   for (uint32_t i = 0; i < 10; ++i) map.EraseObservation(LandmarkId(i), KeyframeId(1));
-  map.UpdateCovisibility(KeyframeId(1), 15);
+  map.UpdateCovisibility(KeyframeId(1));
   EXPECT_EQ(map.CovisibleKeyframes(KeyframeId(0), 1), std::vector{KeyframeId(2)});
   EXPECT_THAT(map.CheckInvariants(), IsEmpty());
 }

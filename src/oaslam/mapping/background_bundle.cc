@@ -14,13 +14,13 @@ BackgroundBundle::BackgroundBundle(const Map& map, std::vector<KeyframeId> windo
   });
 }
 
-void BackgroundBundle::WaitAndApply(int min_shared_landmarks, Map& map) {
+void BackgroundBundle::WaitAndApply(Map& map) {
   const BundleCorrection& correction = correction_.get();
   if (!correction.success) return;
   ApplyLateCorrection(correction, map_, map);
   const bool is_whole = window_ == map_.keyframes.Ids();
   for (const KeyframeId id : is_whole ? map.keyframes.Ids() : window_)
-    if (map.keyframes.Contains(id)) map.UpdateCovisibility(id, min_shared_landmarks);
+    if (map.keyframes.Contains(id)) map.UpdateCovisibility(id);
 }
 
 }  // namespace oaslam

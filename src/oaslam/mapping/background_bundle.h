@@ -34,7 +34,7 @@ class BackgroundBundle {
   }
   // Waits for the result and applies it to the map, which may have changed since. Rethrows an
   // exception of the bundle adjustment.
-  void WaitAndApply(int min_shared_landmarks, Map& map);
+  void WaitAndApply(Map& map);
 
  private:
   int begun_at_;

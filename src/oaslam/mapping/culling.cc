@@ -52,7 +52,8 @@ std::vector<LandmarkId> CullRecentLandmarks(std::span<const LandmarkId> recent, 
   return watched;
 }
 
-int CullKeyframes(KeyframeId keyframe, const MappingConfig& config, Map& map) {
+int CullKeyframes(KeyframeId keyframe, Map& map) {
+  constexpr double kRedundancy = 0.9;  // share of its landmarks that the others see
   int culled = 0;
   const KeyframeId first = map.keyframes.First();
   std::vector<KeyframeId> neighbours =
@@ -61,8 +62,7 @@ int CullKeyframes(KeyframeId keyframe, const MappingConfig& config, Map& map) {
   for (const KeyframeId id : neighbours) {
     // The newest keyframes may still be the tracker's reference, and the first one defines the
     // frame of the map.
-    if (id == first || id.value + 2 > keyframe.value ||
-        !IsRedundant(map, id, config.keyframe_redundancy))
+    if (id == first || id.value + 2 > keyframe.value || !IsRedundant(map, id, kRedundancy))
       continue;
     map.RetireKeyframe(id);
     ++culled;

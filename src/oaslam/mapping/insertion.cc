@@ -77,7 +77,7 @@ bool InsertInitialMap(const InitialMap& initial, Map& map) {
   return true;
 }
 
-void InsertKeyframe(const KeyframeInsertion& insertion, const MappingConfig& config, Map& map) {
+void InsertKeyframe(const KeyframeInsertion& insertion, Map& map) {
   const TrackedFrame& tracked = insertion.frame;
   const auto reference = map.ResolvePose(tracked.reference);
   const Rigid3 pose = reference ? tracked.cam_from_reference * *reference : tracked.cam_from_world;
@@ -89,7 +89,7 @@ void InsertKeyframe(const KeyframeInsertion& insertion, const MappingConfig& con
   for (uint32_t i = 0; i < tracked.landmarks.size(); ++i)
     if (tracked.landmarks[i].IsValid() && map.AddObservation(tracked.landmarks[i], insertion.id, i))
       map.UpdateLandmark(tracked.landmarks[i]);
-  map.UpdateCovisibility(insertion.id, config.min_shared_landmarks);
+  map.UpdateCovisibility(insertion.id);
 }
 
 void CountLandmarkUse(std::span<const LandmarkUse> uses, Map& map) {

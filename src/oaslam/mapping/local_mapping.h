@@ -3,7 +3,6 @@
 #include <span>
 #include <vector>
 
-#include "oaslam/config.h"
 #include "oaslam/map/command.h"
 #include "oaslam/map/map.h"
 
@@ -19,7 +18,7 @@ bool InsertInitialMap(const InitialMap& initial, Map& map);
 
 // Adds a keyframe with observations of the landmarks it tracked, those that still exist,
 // and its covisibility.
-void InsertKeyframe(const KeyframeInsertion& insertion, const MappingConfig& config, Map& map);
+void InsertKeyframe(const KeyframeInsertion& insertion, Map& map);
 
 // Adds the tracker's counts of how often each landmark was expected and found.
 void CountLandmarkUse(std::span<const LandmarkUse> uses, Map& map);
@@ -31,18 +30,17 @@ std::vector<LandmarkId> CullRecentLandmarks(std::span<const LandmarkId> recent, 
 
 // Triangulates matches between free key points of the keyframe and of covisible ones; returns the
 // new landmarks.
-std::vector<LandmarkId> TriangulateNewLandmarks(KeyframeId keyframe, const MappingConfig& config,
-                                                Map& map);
+std::vector<LandmarkId> TriangulateNewLandmarks(KeyframeId keyframe, Map& map);
 
 // Searches the keyframe's landmarks in its neighbours and the neighbours' landmarks in it, and
 // merges duplicates.
-void FuseLandmarks(KeyframeId keyframe, const MappingConfig& config, Map& map);
+void FuseLandmarks(KeyframeId keyframe, Map& map);
 
 // Retires covisible keyframes whose landmarks nearly all are seen by three other keyframes at
 // the same scale or finer. Keeps the first keyframe of the map, which fixes its frame, and
 // `keyframe` and the one inserted before it, to which the tracker may still refer. Returns
 // how many were retired.
-int CullKeyframes(KeyframeId keyframe, const MappingConfig& config, Map& map);
+int CullKeyframes(KeyframeId keyframe, Map& map);
 
 // Points of a keyframe by which its place is to be recognised.
 struct PointsToDescribe {

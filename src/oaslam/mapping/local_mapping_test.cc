@@ -84,7 +84,7 @@ TEST(InsertKeyframe, BringsTheMotionsAsTheyAreKnownByNow) {
     insertion.frame.landmarks.resize(last.landmarks.size());
     insertion.motions = {{newest, KeyframeMotion{KeyframeId(8), Rigid3(), 2, 2}},
                          {fresh, KeyframeMotion{newest, Rigid3(), 3, 3}}};
-    InsertKeyframe(insertion, {}, s.map);
+    InsertKeyframe(insertion, s.map);
     EXPECT_EQ(s.map.keyframes.At(newest).motion->sigma_position, loops == 0 ? 2 : 1);
     EXPECT_EQ(s.map.keyframes.At(fresh).motion.has_value(), loops == 0);
   }
@@ -94,9 +94,9 @@ TEST(Triangulation, RecoversErasedLandmarks) {
   Scene s;
   for (const LandmarkId id : s.map.landmarks.Ids())
     if (id.value % 2 == 0) s.map.EraseLandmark(id);
-  for (const KeyframeId id : s.map.keyframes.Ids()) s.map.UpdateCovisibility(id, 15);
+  for (const KeyframeId id : s.map.keyframes.Ids()) s.map.UpdateCovisibility(id);
   const size_t before = s.map.landmarks.size();
-  const auto created = TriangulateNewLandmarks(KeyframeId(5), {}, s.map);
+  const auto created = TriangulateNewLandmarks(KeyframeId(5), s.map);
   EXPECT_GT(created.size(), 120U);
   EXPECT_EQ(s.map.landmarks.size(), before + created.size());
   EXPECT_THAT(s.map.CheckInvariants(), IsEmpty());
@@ -114,8 +114,8 @@ TEST(Triangulation, RecoversErasedLandmarks) {
 TEST(Triangulation, KeyframesWithoutAnyLandmarkGetSome) {
   Scene s;
   for (const LandmarkId id : s.map.landmarks.Ids()) s.map.EraseLandmark(id);
-  for (const KeyframeId id : s.map.keyframes.Ids()) s.map.UpdateCovisibility(id, 15);
-  EXPECT_GT(TriangulateNewLandmarks(KeyframeId(5), {}, s.map).size(), 120U);
+  for (const KeyframeId id : s.map.keyframes.Ids()) s.map.UpdateCovisibility(id);
+  EXPECT_GT(TriangulateNewLandmarks(KeyframeId(5), s.map).size(), 120U);
 }
 
 // Landmarks of the first keyframe with at least five observations.
@@ -160,7 +160,7 @@ TEST(Culling, RedundantKeyframesAreRetired) {
   crowded.cameras = 14;
   crowded.arc_deg = 6;
   synthetic::MappedWorld mapped = synthetic::MakeMap(synthetic::MakeWorld(crowded), {});
-  const int culled = CullKeyframes(KeyframeId(13), {}, mapped.map);
+  const int culled = CullKeyframes(KeyframeId(13), mapped.map);
   EXPECT_GT(culled, 2);
   EXPECT_TRUE(mapped.map.keyframes.Contains(KeyframeId(0)));
   EXPECT_TRUE(mapped.map.keyframes.Contains(KeyframeId(13)));
@@ -248,7 +248,7 @@ TEST(Fusion, JoinsTheLandmarksOfAKeyframeWithItsNeighbours) {
   ASSERT_GT(twins, 40);
   map.UpdateCovisibility(KeyframeId(5), 1);
   const size_t before = map.landmarks.size();
-  FuseLandmarks(KeyframeId(5), {}, map);
+  FuseLandmarks(KeyframeId(5), map);
   EXPECT_LT(map.landmarks.size(), before - static_cast<size_t>(twins) * 7 / 10);
   EXPECT_THAT(map.CheckInvariants(), IsEmpty());
 }

@@ -72,6 +72,6 @@ std::optional<LoopClosure> FindTie(const Map& map, KeyframeId current,
 // global bundle adjustment should follow. `held`: a keyframe that stays fixed, as both ends of the
 // loop do; if it is invalid, the first one. Returns false and leaves the map as it was if no
 // correction was found.
-bool CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map, KeyframeId held = {});
+bool CorrectLoop(const LoopClosure& loop, Map& map, KeyframeId held = {});
 
 }  // namespace oaslam

@@ -57,7 +57,7 @@ struct Drifted {
       pose.translation =
           -(pose.rotation * Moved(pose.OriginInSource(), Share(KeyframeId(k)), drift));
     }
-    for (uint32_t k = 0; k < 2 * half; ++k) map.UpdateCovisibility(KeyframeId(k), 15);
+    for (uint32_t k = 0; k < 2 * half; ++k) map.UpdateCovisibility(KeyframeId(k));
   }
 
   double Error() const {
@@ -92,7 +92,7 @@ TEST(LoopClosing, JoinsBothEndsAndTakesTheDriftBack) {
 
   const double error_before = d.Error();
   const size_t landmarks_before = d.map.landmarks.size();
-  CorrectLoop(*loop, 15, d.map);
+  CorrectLoop(*loop, d.map);
   EXPECT_LT(d.Error(), error_before);
   EXPECT_LT(d.map.landmarks.size(), landmarks_before * 9 / 10);
   EXPECT_THAT(d.map.CheckInvariants(), IsEmpty());
@@ -112,7 +112,7 @@ TEST(LoopClosing, ContentMovesAndGrowsWithItsKeyframe) {
   d.map.anchors["it"] = {
       "flag", 0.3, current, Rigid3(Eigen::Quaterniond::Identity(), {0.1, 0.2, 2}), {}, {0, 0, 1}};
   const Eigen::Vector3d before = WorldFromAnchor(d.map, d.map.anchors.at("it"))->translation;
-  ASSERT_TRUE(CorrectLoop(*loop, 15, d.map));
+  ASSERT_TRUE(CorrectLoop(*loop, d.map));
   const Anchor& anchor = d.map.anchors.at("it");
   EXPECT_LT((WorldFromAnchor(d.map, anchor)->translation - loop->old_from_current * before).norm(),
             1e-9);
@@ -172,7 +172,7 @@ struct Grown {
       Rigid3& pose = map.keyframes.MutableAt(KeyframeId(k)).cam_from_world;
       pose.translation = -(pose.rotation * centers[k]);
     }
-    for (uint32_t k = 0; k < truth.size(); ++k) map.UpdateCovisibility(KeyframeId(k), 15);
+    for (uint32_t k = 0; k < truth.size(); ++k) map.UpdateCovisibility(KeyframeId(k));
   }
 
   double CenterError() const {
@@ -226,7 +226,7 @@ TEST(LoopClosing, TakesBackADriftOfTheScale) {
     EXPECT_NEAR(loop->old_from_current.scale * scale / g.scales[loop->old.value], 1, 0.06);
     const double error_before = g.CenterError();
     ASSERT_GT(g.WorstScale(), 0.25);
-    ASSERT_TRUE(CorrectLoop(*loop, 15, g.map));
+    ASSERT_TRUE(CorrectLoop(*loop, g.map));
     EXPECT_THAT(g.map.CheckInvariants(), IsEmpty());
     EXPECT_LT(g.WorstScale(), 0.1) << scale;
     EXPECT_LT(g.CenterError(), 0.4 * error_before) << scale;
@@ -271,7 +271,7 @@ TEST(LoopClosing, ALargeDriftIsRecognisedAndObjectsMoveWithTheirKeyframes) {
   ASSERT_TRUE(loop);
   EXPECT_NEAR(loop->old_from_current.scale, 1, 0.02);
   const double error_before = d.Error();
-  CorrectLoop(*loop, 15, d.map);
+  CorrectLoop(*loop, d.map);
   EXPECT_LT(d.Error(), error_before);
   EXPECT_LT((center(current.value) - d.truth[current.value].OriginInSource()).norm(), 0.05);
   EXPECT_LT((d.map.objects.At(ObjectId(0)).ellipsoid.center - true_center).norm(), 0.1);
@@ -329,7 +329,7 @@ TEST(LoopClosing, TakesBackTheDriftOfALargeMap) {
   for (uint32_t k = kKeyframes - 48; k < kKeyframes && !loop; ++k)
     loop = detector.Detect(map, KeyframeId(k), rng);
   ASSERT_TRUE(loop);
-  ASSERT_TRUE(CorrectLoop(*loop, 15, map));
+  ASSERT_TRUE(CorrectLoop(*loop, map));
   EXPECT_THAT(map.CheckInvariants(), IsEmpty());
   EXPECT_LT(error(), 0.5 * before);
   // Neighbours still agree on what they see: the correction has no steps between nodes.

@@ -172,7 +172,7 @@ std::vector<KeyframeId> KeyframesToLink(const Map& map, const std::vector<Keyfra
 
 }  // namespace
 
-bool CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map, KeyframeId held) {
+bool CorrectLoop(const LoopClosure& loop, Map& map, KeyframeId held) {
   const std::vector<KeyframeId> ends = map.KeyframesAround(loop.current, kNeighbours);
   const std::vector<LandmarkId> old =
       LandmarksSeenBy(map, map.KeyframesAround(loop.old, kNeighbours));
@@ -185,7 +185,7 @@ bool CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map, Ke
   for (const KeyframeId id : ends)
     ApplyFusion(FindFusionCandidates(map, id, old, kFusionRadiusPx), id, map);
   for (const LandmarkId id : map.landmarks.Ids()) map.UpdateLandmarkGeometry(id);
-  for (const KeyframeId id : to_link) map.UpdateCovisibility(id, min_shared_landmarks);
+  for (const KeyframeId id : to_link) map.UpdateCovisibility(id);
   return true;
 }
 

@@ -66,7 +66,7 @@ struct SecondPass {
       pose = (Similarity(pose) * old_from_current).AsPose();
     }
     for (const LandmarkId id : map.landmarks.Ids()) map.UpdateLandmark(id);
-    for (uint32_t k = 0; k < 2 * kPass; ++k) map.UpdateCovisibility(KeyframeId(k), 15);
+    for (uint32_t k = 0; k < 2 * kPass; ++k) map.UpdateCovisibility(KeyframeId(k));
   }
 
   KeyframeId current() const { return KeyframeId(2 * kPass - 3); }  // 33, a multiple of three
@@ -176,7 +176,7 @@ TEST(LoopProposals, ALoopIsClosedByThingsAndFewPoints) {
     EXPECT_LT(loop->old.value, kPass);
     EXPECT_GE(loop->old_landmarks.size(), 25U);
     EXPECT_LT(loop->old_landmarks.size(), 50U);
-    ASSERT_TRUE(CorrectLoop(*loop, 15, pass.map));
+    ASSERT_TRUE(CorrectLoop(*loop, pass.map));
     EXPECT_TRUE(pass.map.CheckInvariants().empty());
     EXPECT_LT((pass.map.keyframes.At(pass.current()).cam_from_world.OriginInSource() -
                pass.truth[pass.current().value].OriginInSource())

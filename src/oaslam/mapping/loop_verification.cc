@@ -14,7 +14,7 @@ namespace {
 // The values of this file were chosen by these reasons, not measured.
 constexpr int kRansacIterations = 900;  // as for a lost camera
 // A wrong loop destroys the map, while a missed one is found by a later keyframe: as many inliers
-// as tracking.min_relocalization_inliers, and fewer doubts than of a lost camera's pose.
+// as kMinRelocalizationInliers, and fewer doubts than of a lost camera's pose.
 constexpr int kMinInliers = 50;
 constexpr double kMinConfidence = 0.99;
 // Where the objects around both ends agree, too, half of the points suffice.

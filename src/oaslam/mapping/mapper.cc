@@ -61,15 +61,14 @@ bool Mapper::Join(const JoiningMap& joining, int frame_index) {
 }
 
 bool Mapper::Insert(const KeyframeInsertion& keyframe, int frame_index) {
-  InsertKeyframe(keyframe, config_.mapping, map_);
+  InsertKeyframe(keyframe, map_);
   recent_landmarks_ = CullRecentLandmarks(recent_landmarks_, keyframe.id, map_);
-  const std::vector<LandmarkId> created =
-      TriangulateNewLandmarks(keyframe.id, config_.mapping, map_);
+  const std::vector<LandmarkId> created = TriangulateNewLandmarks(keyframe.id, map_);
   recent_landmarks_.insert(recent_landmarks_.end(), created.begin(), created.end());
-  FuseLandmarks(keyframe.id, config_.mapping, map_);
+  FuseLandmarks(keyframe.id, map_);
   if (map_.keyframes.size() > 2)
     ApplyCorrection(LocalBundleAdjustment(map_, keyframe.id, config_.bundle), map_);
-  CullKeyframes(keyframe.id, config_.mapping, map_);
+  CullKeyframes(keyframe.id, map_);
   unsettled_keyframes_.push_back(keyframe.id);
   undescribed_keyframes_.push_back(keyframe.id);
   // Many keyframes are culled soon after they were inserted: those would be described in vain.
@@ -96,7 +95,7 @@ bool Mapper::CloseLoop(KeyframeId keyframe, int frame_index) {
   if (last_loop_.IsValid() && keyframe.value - last_loop_.value < kMinKeyframesBetween)
     return false;
   const std::optional<LoopClosure> loop = loop_detector_.Detect(map_, keyframe, rng_);
-  if (!loop || !CorrectLoop(*loop, config_.mapping.min_shared_landmarks, map_)) return false;
+  if (!loop || !CorrectLoop(*loop, map_)) return false;
   Log(LogLevel::kInfo, fmt::format("loop closed: keyframe {} is back at keyframe {}",
                                    loop->current.value, loop->old.value));
   last_loop_ = keyframe;
@@ -136,7 +135,7 @@ bool Mapper::AdoptBackgroundBundle(const MapCommand& command) {
           : std::holds_alternative<AdoptAdjustment>(command.edit) ||
                 command.frame_index >= background_bundle_->begun_at() + kFrames;
   if (!is_due) return false;
-  background_bundle_->WaitAndApply(config_.mapping.min_shared_landmarks, map_);
+  background_bundle_->WaitAndApply(map_);
   background_bundle_.reset();
   // The next window starts at the next keyframe where the map must not move for now.
   if (!std::holds_alternative<AdoptAdjustment>(command.edit)) BeginNextWindow(command.frame_index);

@@ -30,13 +30,12 @@ std::vector<KeyframeId> Spread(const std::vector<KeyframeId>& ids) {
 // Closes loops between keyframes of the other piece and of the map. The first keyframe of the map
 // stays fixed. Returns whether any loop was closed.
 bool Tie(const std::vector<KeyframeId>& of_map, const std::vector<KeyframeId>& of_other,
-         const PieceTies& wanted, const SlamConfig& config, Rng& rng, Map& map) {
+         const PieceTies& wanted, Rng& rng, Map& map) {
   int ties = 0;
   std::set<KeyframeId> untied(of_map.begin(), of_map.end());
   for (const KeyframeId id : wanted.are_spread ? Spread(of_other) : of_other) {
     const auto tie = FindTie(map, id, untied, rng);
-    if (!tie || !CorrectLoop(*tie, config.mapping.min_shared_landmarks, map, of_map.front()))
-      continue;
+    if (!tie || !CorrectLoop(*tie, map, of_map.front())) continue;
     Log(LogLevel::kDebug, fmt::format("pieces tied at keyframes {} and {} by {} landmarks",
                                       id.value, tie->old.value, tie->old_landmarks.size()));
     if (++ties == wanted.most) break;
@@ -54,7 +53,7 @@ bool JoinPiece(const Map& other, const Similarity& world_from_other, const SlamC
   JoinMap(other, world_from_other, map);
   const std::vector<ObjectId> objects = other.objects.Ids();
   MergeDuplicates(map, std::set<ObjectId>(objects.begin(), objects.end()), config.objects);
-  return Tie(before, joined, ties, config, rng, map);
+  return Tie(before, joined, ties, rng, map);
 }
 
 void OptimizePiece(const SlamConfig& config, Map& map) {

@@ -13,6 +13,9 @@
 namespace oaslam {
 namespace {
 
+// Keyframes that a new one is triangulated and fused with; the time grows with their number.
+constexpr int kFusedKeyframes = 20;
+
 struct View {
   const Camera& camera;
   const Keyframe& keyframe;
@@ -81,11 +84,11 @@ bool IsDescribedFrom(const Map& map, const Landmark& landmark, const Eigen::Vect
 
 }  // namespace
 
-std::vector<LandmarkId> TriangulateNewLandmarks(KeyframeId id, const MappingConfig& config,
-                                                Map& map) {
+std::vector<LandmarkId> TriangulateNewLandmarks(KeyframeId id, Map& map) {
+  constexpr double kMaxRayCos = 0.9998;  // 1.1 degrees; with less parallax depth is uncertain
   constexpr double kMinBaselineToDepth = 0.01;  // 0.6 degrees of parallax at the median depth
   std::vector<LandmarkId> created;
-  for (const KeyframeId neighbour : TriangulationPartners(map, id, config.covisible_neighbors)) {
+  for (const KeyframeId neighbour : TriangulationPartners(map, id, kFusedKeyframes)) {
     const Keyframe& here = map.keyframes.At(id);
     const Keyframe& there = map.keyframes.At(neighbour);
     const double baseline =
@@ -97,7 +100,7 @@ std::vector<LandmarkId> TriangulateNewLandmarks(KeyframeId id, const MappingConf
     for (const auto& pair : MatchAlongEpipolarLines(map, here, there)) {
       const View a{map.cameras[here.camera], here, pair.first},
           b{map.cameras[there.camera], there, pair.second};
-      if (const auto x = Triangulated(a, b, config.min_parallax_cos)) found.emplace_back(pair, *x);
+      if (const auto x = Triangulated(a, b, kMaxRayCos)) found.emplace_back(pair, *x);
     }
     for (const auto& [pair, x] : found) {
       const LandmarkId landmark = map.AddLandmark(x, id);
@@ -137,10 +140,10 @@ PointsToDescribe FindPointsToDescribe(KeyframeId id, const Map& map) {
   return points;
 }
 
-void FuseLandmarks(KeyframeId id, const MappingConfig& config, Map& map) {
+void FuseLandmarks(KeyframeId id, Map& map) {
   constexpr double kRadiusPx = 3;       // the pose is adjusted already
   constexpr int kSecondNeighbours = 5;  // of each neighbour; bounds the time
-  std::vector<KeyframeId> targets = map.CovisibleKeyframes(id, config.covisible_neighbors);
+  std::vector<KeyframeId> targets = map.CovisibleKeyframes(id, kFusedKeyframes);
   const size_t direct = targets.size();
   for (size_t i = 0; i < direct; ++i)
     for (const KeyframeId second : map.CovisibleKeyframes(targets[i], kSecondNeighbours))
@@ -155,7 +158,7 @@ void FuseLandmarks(KeyframeId id, const MappingConfig& config, Map& map) {
   const std::vector<LandmarkId> theirs = LandmarksSeenBy(map, targets);
   ApplyFusion(FindFusionCandidates(map, id, theirs, kRadiusPx), id, map);
   for (const LandmarkId landmark : landmarks_of(id)) map.UpdateLandmark(landmark);
-  map.UpdateCovisibility(id, config.min_shared_landmarks);
+  map.UpdateCovisibility(id);
 }
 
 }  // namespace oaslam

@@ -27,6 +27,12 @@ constexpr double kWellInsideShare = 0.8;
 // Detector pixels; missing detections of smaller objects do not count, since detectors often miss
 // them.
 constexpr double kMinMissedSize = 14;
+// Seconds; an older last box is not compared, unless it is of the image before: the view has
+// changed since.
+constexpr double kMaxBoxAge = 0.5;
+// Least overlap of a detection with the track's last box, and with its projected ellipsoid, which
+// fits less tightly than a box.
+constexpr double kMinIoUWithBox = 0.3, kMinIoUWithProjection = 0.2;
 // Seconds after which the errors of a detector are independent.
 constexpr double kIndependentInterval = 0.2;
 
@@ -69,16 +75,16 @@ class ViewCone {
   double half_angle_ = 0;
 };
 
-bool IsFresh(const ObjectTrack& track, const Frame& frame, const ObjectsConfig& config) {
-  return track.last_frame >= 0 && (frame.timestamp - track.last_time <= config.max_box_age_s ||
-                                   frame.index - track.last_frame <= 1);
+bool IsFresh(const ObjectTrack& track, const Frame& frame) {
+  return track.last_frame >= 0 &&
+         (frame.timestamp - track.last_time <= kMaxBoxAge || frame.index - track.last_frame <= 1);
 }
 
 // Brings the open tracks up to date with the map: removes those whose object was dropped or is no
 // longer near the view, redirects those whose object was merged, and adds tracks for the objects of
 // the map in view that have none: mapped ones, and those that are known by their landmarks.
 void SynchronizeWith(const Map& snapshot, const Frame& frame, const ViewCone& view,
-                     const ObjectsConfig& config, ObjectTracks& tracks) {
+                     ObjectTracks& tracks) {
   tracks.places.Update(snapshot.objects);
   std::vector<ObjectTrack> kept;
   for (ObjectTrack track : tracks.open) {
@@ -90,9 +96,8 @@ void SynchronizeWith(const Map& snapshot, const Frame& frame, const ViewCone& vi
     }
     const bool mapped = id && snapshot.objects.At(*id).state == ObjectState::kMapped;
     const bool is_kept =
-        mapped ? IsFresh(track, frame, config)
-               : !IsForgotten({frame.index - track.last_frame, frame.timestamp - track.last_time},
-                              config);
+        mapped ? IsFresh(track, frame)
+               : !IsForgotten({frame.index - track.last_frame, frame.timestamp - track.last_time});
     if (is_kept) kept.push_back(track);
   }
   for (const ObjectPlace& place : tracks.places.all())
@@ -196,24 +201,24 @@ double LeastOverlap(double configured, double agreement) {
 
 double Affinity(const ObjectDetection& detection, const std::vector<LandmarkId>& landmarks,
                 const Candidate& candidate, const ObjectTrack& track, const Frame& frame,
-                const Camera& camera, const ObjectsConfig& config) {
+                const Camera& camera) {
   const LabelsRef labels = candidate.object ? LabelsOf(*candidate.object) : LabelsOf(track);
   const double agreement = LabelAgreement(LabelsOf(detection), labels);
   if (!(agreement >= kLeastAgreement)) return 0;
   double score = 0;
-  if (IsFresh(track, frame, config)) {
+  if (IsFresh(track, frame)) {
     const double iou = OverlapWithLastBox(detection, candidate, track, camera);
-    if (iou >= LeastOverlap(config.min_iou_box, agreement)) score = iou;
+    if (iou >= LeastOverlap(kMinIoUWithBox, agreement)) score = iou;
   }
   if (candidate.projection) {
     const double iou = IoU(
         ClipAtTruncation(*candidate.projection, detection.box, detection.truncated), detection.box);
-    if (iou >= LeastOverlap(config.min_iou_projection, agreement)) score = std::max(score, iou);
+    if (iou >= LeastOverlap(kMinIoUWithProjection, agreement)) score = std::max(score, iou);
   }
   // Landmarks are more precise than boxes: where the labels agree equally well, any match by
   // landmarks scores higher than one by overlap alone.
   const int shared = CountShared(landmarks, candidate.landmarks);
-  if (shared >= config.min_shared_points)
+  if (shared >= kMinSharedPoints)
     score += 1 + static_cast<double>(shared) / static_cast<double>(landmarks.size());
   return agreement * score;
 }
@@ -294,7 +299,7 @@ class PlaceJudge {
 
 // Sets ObjectSighting::place, and adds sightings of expected objects that were not detected. The
 // first sightings correspond to `track_of`.
-void JudgePlaces(const TrackedFrame& tracked, const Map& snapshot, const ObjectsConfig& config,
+void JudgePlaces(const TrackedFrame& tracked, const Map& snapshot,
                  const std::vector<Candidate>& candidates, const std::vector<int>& track_of,
                  std::vector<ObjectSighting>& sightings) {
   const PlaceJudge judge(tracked, snapshot, candidates, track_of, sightings);
@@ -304,7 +309,7 @@ void JudgePlaces(const TrackedFrame& tracked, const Map& snapshot, const Objects
     if (!c.projection || !c.IsMapped()) continue;
     const ObjectObservation& o = sightings[i].observation;
     const double iou = IoU(ClipAtTruncation(*c.projection, o.box, o.truncated), o.box);
-    if (iou >= config.min_accept_iou)
+    if (iou >= kMinAcceptIoU)
       sightings[i].place = PlaceEvidence::kInPlace;
     else if (judge.IsExpected(track_of[i]))
       sightings[i].place = judge.OfAbsence(track_of[i]);
@@ -339,7 +344,7 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
   const Frame& frame = tracked.frame;
   const Camera& camera = *frame.camera;
   const IdealImage image(camera);
-  SynchronizeWith(snapshot, frame, ViewCone(tracked.cam_from_world, image, camera), config, tracks);
+  SynchronizeWith(snapshot, frame, ViewCone(tracked.cam_from_world, image, camera), tracks);
   const std::vector<Candidate> candidates = FindCandidates(tracked, snapshot, tracks, image);
 
   const double interval =
@@ -369,8 +374,8 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
     const ObjectDetection detection{sightings[i].category_id, o.score, o.box, o.truncated,
                                     sightings[i].shares};
     for (size_t j = 0; j < candidates.size(); ++j)
-      scores(i, j) = Affinity(detection, sightings[i].landmarks, candidates[j], tracks.open[j],
-                              frame, camera, config);
+      scores(i, j) =
+          Affinity(detection, sightings[i].landmarks, candidates[j], tracks.open[j], frame, camera);
   }
 
   const std::vector<int> track_of = AssignMaximum(scores);
@@ -388,8 +393,7 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
       tracks.open.push_back(track);
     }
   }
-  if (!frame.detections.empty())
-    JudgePlaces(tracked, snapshot, config, candidates, track_of, sightings);
+  if (!frame.detections.empty()) JudgePlaces(tracked, snapshot, candidates, track_of, sightings);
   for (ObjectSighting& sighting : sightings) {
     sighting.timestamp = frame.timestamp;
     sighting.interval_s = interval;

@@ -141,10 +141,10 @@ TEST(Association, OneLabelAsksForTheOverlapThatIsConfigured) {
   const Map map = EmptyMap();
   const auto first =
       AssociateObjects(FrameWith(0, {{41, 0.9, {100, 100, 113, 110}, 0}}), map, {}, {});
-  // 6 of 20 columns are common to both: an overlap of exactly objects.min_iou_box.
+  // 6 of 20 columns are common to both: an overlap of exactly the least.
   const auto next =
       AssociateObjects(FrameWith(1, {{41, 0.9, {107, 100, 120, 110}, 0}}), map, first.tracks, {});
-  ASSERT_EQ(IoU({100, 100, 113, 110}, {107, 100, 120, 110}), ObjectsConfig().min_iou_box);
+  ASSERT_EQ(IoU({100, 100, 113, 110}, {107, 100, 120, 110}), 0.3);
   EXPECT_FALSE(next.sightings[0].is_new);
 }
 

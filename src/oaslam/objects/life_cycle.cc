@@ -4,10 +4,11 @@
 
 namespace oaslam {
 
-bool IsForgotten(const Unseen& unseen, const ObjectsConfig& config) {
-  // A slow video shows an object in few images within objects.drop_after_s.
+bool IsForgotten(const Unseen& unseen) {
+  // A slow video shows an object in few images within this time.
+  constexpr double kDropAfter = 2;  // seconds
   constexpr int kFewImages = 5;
-  return unseen.seconds > config.drop_after_s && unseen.images >= kFewImages;
+  return unseen.seconds > kDropAfter && unseen.images >= kFewImages;
 }
 
 Unseen UnseenSince(const Object& object, const ImageTime& now) {
@@ -16,8 +17,7 @@ Unseen UnseenSince(const Object& object, const ImageTime& now) {
 }
 
 bool IsConfirmed(const ViewOverlap& overlap, const ObjectsConfig& config) {
-  return overlap.accept_share >= config.min_accept_share &&
-         overlap.mean_iou >= config.min_accept_iou;
+  return overlap.accept_share >= config.min_accept_share && overlap.mean_iou >= kMinAcceptIoU;
 }
 
 bool IsContradicted(const ViewOverlap& overlap, const ObjectsConfig& config) {
@@ -30,7 +30,7 @@ std::optional<ObjectState> NextState(ObjectState state, const ObjectEvidence& ev
                                      const ObjectsConfig& config) {
   if (state == ObjectState::kMapped) {
     const bool fails = !evidence.has_model || IsContradicted(evidence.overlap, config) ||
-                       evidence.overlap.mean_iou < config.min_accept_iou;
+                       evidence.overlap.mean_iou < kMinAcceptIoU;
     return fails ? ObjectState::kInitialized : ObjectState::kMapped;
   }
   if (evidence.is_forgotten) return std::nullopt;

@@ -5,6 +5,7 @@
 #include "oaslam/config.h"
 #include "oaslam/estimation/ellipsoid_fit.h"
 #include "oaslam/map/map.h"
+#include "oaslam/objects/object_model.h"
 
 namespace oaslam {
 
@@ -12,7 +13,7 @@ namespace oaslam {
 struct ObjectEvidence {
   bool has_model = false;   // an ellipsoid could be fitted
   double observations = 0;  // total number, converted to a video of 30 Hz
-  ViewOverlap overlap;      // of the ellipsoid with its observations, by objects.min_accept_iou
+  ViewOverlap overlap;      // of the ellipsoid with its observations, by kMinAcceptIoU
   bool is_forgotten = false;
 };
 
@@ -30,11 +31,11 @@ struct Unseen {
 
 // Whether an object that was never mapped is dropped: it takes both a time and a number of images,
 // since a slow video has few images.
-bool IsForgotten(const Unseen& unseen, const ObjectsConfig& config);
+bool IsForgotten(const Unseen& unseen);
 Unseen UnseenSince(const Object& object, const ImageTime& now);
 
 // Whether the observations agree with the ellipsoid well enough for an object of the map: the share
-// objects.min_accept_share of them overlaps it by objects.min_accept_iou, and so does their mean.
+// objects.min_accept_share of them overlaps it by kMinAcceptIoU, and so does their mean.
 // The mean is over boxes that the image border does not cut, where there are any, since cut boxes
 // agree with almost any ellipsoid that reaches beyond the border.
 bool IsConfirmed(const ViewOverlap& overlap, const ObjectsConfig& config);

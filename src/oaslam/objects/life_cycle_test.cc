@@ -8,11 +8,10 @@ namespace oaslam {
 namespace {
 
 TEST(LifeCycle, WhatWasNeverMappedIsForgottenAfterATimeAndSomeImages) {
-  const ObjectsConfig config;
-  EXPECT_FALSE(IsForgotten({60, 1.9}, config));
-  EXPECT_TRUE(IsForgotten({61, 2.1}, config));
-  EXPECT_FALSE(IsForgotten({3, 3}, config));  // one image a second
-  EXPECT_TRUE(IsForgotten({5, 5}, config));
+  EXPECT_FALSE(IsForgotten({60, 1.9}));
+  EXPECT_TRUE(IsForgotten({61, 2.1}));
+  EXPECT_FALSE(IsForgotten({3, 3}));  // one image a second
+  EXPECT_TRUE(IsForgotten({5, 5}));
 }
 
 TEST(LifeCycle, Transitions) {
@@ -37,8 +36,8 @@ TEST(LifeCycle, TheMeanOverlapOfAMappedObjectIsNotBelowTheBound) {
   // Most boxes are cut by the image border and agree with any ellipsoid; the
   // few others do not agree.
   const ObjectsConfig config;
-  const ViewOverlap bad{config.min_accept_iou - 0.02, 0.92};
-  const ViewOverlap good{config.min_accept_iou + 0.02, 0.92};
+  const ViewOverlap bad{kMinAcceptIoU - 0.02, 0.92};
+  const ViewOverlap good{kMinAcceptIoU + 0.02, 0.92};
   EXPECT_EQ(NextState(ObjectState::kInitialized, {true, 274, bad, false}, config),
             ObjectState::kInitialized);
   EXPECT_EQ(NextState(ObjectState::kInitialized, {true, 274, good, false}, config),

@@ -73,14 +73,14 @@ void Move(ObjectId id, Object moved, Map& map) {
 }
 
 // Index of the first observation after the last one that shows the object in its place.
-size_t FirstElsewhere(const Map& map, const Object& object, const ObjectsConfig& config) {
+size_t FirstElsewhere(const Map& map, const Object& object) {
   const std::vector<BoxView> views = ViewsOf(map, object.observations);
   size_t first = views.size();
   while (first > 0) {
     const BoxView& view = views[first - 1];
     const auto projection = ProjectToBox(object.ellipsoid, view.cam_from_world, *view.camera);
-    if (projection && IoU(ClipAtTruncation(*projection, view.box, view.truncated), view.box) >=
-                          config.min_accept_iou)
+    if (projection &&
+        IoU(ClipAtTruncation(*projection, view.box, view.truncated), view.box) >= kMinAcceptIoU)
       break;
     --first;
   }
@@ -101,15 +101,14 @@ struct Succession {
   bool is_pending = false;
 };
 
-Succession FindSuccessor(const Map& map, ObjectId id, const ImageTime& now,
-                         const ObjectsConfig& config) {
+Succession FindSuccessor(const Map& map, ObjectId id, const ImageTime& now) {
   const Object& object = map.objects.At(id);
   Succession found;
   double least = kSameSize;
   map.objects.ForEach([&](ObjectId other_id, const Object& other) {
     if (other_id == id || IsProvenAbsent(other.absence) || !MaySucceed(object, other)) return;
     if (other.state != ObjectState::kMapped) {
-      found.is_pending |= !IsForgotten(UnseenSince(other, now), config);
+      found.is_pending |= !IsForgotten(UnseenSince(other, now));
       return;
     }
     const double difference = std::abs(LogSize(object) - LogSize(other));
@@ -157,18 +156,18 @@ void ResolveAbsent(const ImageTime& now, const ObjectsConfig& config, Map& map) 
   for (const ObjectId id : map.objects.Ids()) {
     const Object* object = map.objects.Find(id);
     if (!object || !IsProvenAbsent(object->absence)) continue;
-    const size_t elsewhere = FirstElsewhere(map, *object, config);
+    const size_t elsewhere = FirstElsewhere(map, *object);
     const bool is_seen_elsewhere = WeightFrom(*object, elsewhere) >= kMinNewer;
     if (is_seen_elsewhere)
       if (auto moved = FromNewer(map, id, elsewhere, config)) {
         Move(id, std::move(*moved), map);
         continue;
       }
-    const Succession succession = FindSuccessor(map, id, now, config);
+    const Succession succession = FindSuccessor(map, id, now);
     if (succession.successor.IsValid()) {
       Succeed(id, succession.successor, map);
     } else if (succession.is_pending ||
-               (is_seen_elsewhere && !IsForgotten(UnseenSince(*object, now), config))) {
+               (is_seen_elsewhere && !IsForgotten(UnseenSince(*object, now)))) {
       if (object->state == ObjectState::kMapped) {
         Log(LogLevel::kInfo,
             fmt::format("{} is no longer in its place: not used until it is found again",

@@ -95,7 +95,7 @@ bool HasMoved(const Map& map, std::span<const ObjectPlace> places, ObjectId id,
               const ObjectsConfig& config) {
   const Object& object = map.objects.At(id);
   const ViewOverlap overlap = MeasureOverlap(
-      object.ellipsoid, VisibleViews(map, places, id, object, config), config.min_accept_iou);
+      object.ellipsoid, VisibleViews(map, places, id, object, config), kMinAcceptIoU);
   return std::abs(overlap.mean_iou - object.mean_iou) > kMovedIoU;
 }
 
@@ -121,7 +121,7 @@ void Refit(ObjectId id, std::span<const ObjectPlace> places, const ImageTime& no
   if (model) AdoptModel(*model, views, object);
   const ObjectEvidence evidence{
       model.has_value(), object.evidence, model ? model->overlap : ViewOverlap{},
-      !object.known_by_landmarks && IsForgotten(UnseenSince(object, now), config)};
+      !object.known_by_landmarks && IsForgotten(UnseenSince(object, now))};
   const auto next = NextState(object.state, evidence, config);
   if (!next) return Drop(id, "unseen since", map);
   object.state = model ? *next : ObjectState::kTentative;
@@ -134,13 +134,13 @@ void Refit(ObjectId id, std::span<const ObjectPlace> places, const ImageTime& no
     Drop(id, "its detections agree on no place, the last in", map);
 }
 
-void DropUnseen(const ImageTime& now, const ObjectsConfig& config, Map& map) {
+void DropUnseen(const ImageTime& now, Map& map) {
   for (const ObjectId id : map.objects.Ids()) {
     const Object& object = map.objects.At(id);
     // An absent object is kept until it is found elsewhere (moved_objects.h).
     const bool is_waiting = IsProvenAbsent(object.absence);
     if (object.state != ObjectState::kMapped && !is_waiting && !object.known_by_landmarks &&
-        IsForgotten(UnseenSince(object, now), config))
+        IsForgotten(UnseenSince(object, now)))
       Drop(id, "unseen since", map);
   }
 }
@@ -236,7 +236,7 @@ void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const Im
     if (surroundings.Contain(place)) WeighSightLines(place.id, surroundings.Keyframes(), map);
   ResolveAbsent(now, config, map);
   MergeDuplicates(map, changed, config);
-  DropUnseen(now, config, map);
+  DropUnseen(now, map);
 }
 
 void ReviewPlaces(const ObjectsConfig& config, Map& map) {

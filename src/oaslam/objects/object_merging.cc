@@ -29,12 +29,12 @@ bool HasEllipsoid(const Object& object) { return object.state != ObjectState::kT
 std::optional<double> LeastCommonIoU(const Object& a, const Object& b,
                                      const ObjectsConfig& config) {
   constexpr double kOverlapping = 0.5, kTouching = 0.9;
+  constexpr double kFusionIoU = 0.2;  // of bounding boxes in space; as in the paper
   if (!MayBeTheSame(LabelsOf(a), LabelsOf(b))) return std::nullopt;
-  if (CountShared(VotedLandmarks(a), VotedLandmarks(b)) > config.min_shared_points)
-    return kOverlapping;
+  if (CountShared(VotedLandmarks(a), VotedLandmarks(b)) > kMinSharedPoints) return kOverlapping;
   if (!HasEllipsoid(a) || !HasEllipsoid(b)) return std::nullopt;
   const double iou = IoU(BoundingBox(a.ellipsoid), BoundingBox(b.ellipsoid));
-  if (iou > config.fusion_iou || Contains(a.ellipsoid, b.ellipsoid.center) ||
+  if (iou > kFusionIoU || Contains(a.ellipsoid, b.ellipsoid.center) ||
       Contains(b.ellipsoid, a.ellipsoid.center))
     return kOverlapping;
   if (!(iou > 0) || config.model == ObjectMethod::kPaper) return std::nullopt;

@@ -39,6 +39,7 @@ Map SplitMap(bool really_two) {
     first.object = ObjectId(0);
     second.object = ObjectId(1);
     first.category_id = second.category_id = 41;
+    first.timestamp = second.timestamp = k / 30.0;
     first.is_new = k == 0;
     second.is_new = really_two ? k == 0 : k == 100;
     const auto observe = [&](size_t d) {
@@ -50,9 +51,7 @@ Map SplitMap(bool really_two) {
     std::vector<ObjectSighting> sightings;
     if (really_two || k < 100) sightings.push_back(first);
     if (really_two || k >= 100) sightings.push_back(second);
-    ObjectsConfig config;
-    config.drop_after_s = 1000;
-    UpdateObjects(map, sightings, {static_cast<int>(k), k / 30.0}, config);
+    UpdateObjects(map, sightings, {static_cast<int>(k), k / 30.0}, {});
   }
   return map;
 }

@@ -51,7 +51,7 @@ std::optional<ObjectModel> FitObjectModel(const Map& map, std::span<const BoxVie
                                           const Ellipsoid* current, const ObjectsConfig& config) {
   const EllipsoidFitOptions options = OptionsOf(map, config);
   const auto measured = [&](const EllipsoidFit& fit) {
-    return ObjectModel{fit.ellipsoid, MeasureOverlap(fit.ellipsoid, views, config.min_accept_iou)};
+    return ObjectModel{fit.ellipsoid, MeasureOverlap(fit.ellipsoid, views, kMinAcceptIoU)};
   };
   std::optional<ObjectModel> best;
   if (current) {

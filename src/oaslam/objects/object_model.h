@@ -10,6 +10,9 @@
 
 namespace oaslam {
 
+// Least overlap of the projection and a detection that counts as agreement, as in the paper.
+constexpr double kMinAcceptIoU = 0.3;
+
 struct ObjectModel {
   Ellipsoid ellipsoid;
   ViewOverlap overlap;

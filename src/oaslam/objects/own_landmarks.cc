@@ -44,7 +44,7 @@ int CountShared(std::span<const LandmarkId> a, std::span<const LandmarkId> b) {
 
 bool IsKnownByLandmarks(const Map& map, const ObjectsConfig& config, const Object& object) {
   if (object.state == ObjectState::kMapped || config.model == ObjectMethod::kPaper) return false;
-  return std::ssize(PositionsOf(map, OwnLandmarks(object))) >= config.min_shared_points;
+  return std::ssize(PositionsOf(map, OwnLandmarks(object))) >= kMinSharedPoints;
 }
 
 void RecognizeByLandmarks(const Map& map, const ObjectsConfig& config, Object& object) {

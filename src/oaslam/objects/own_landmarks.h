@@ -8,6 +8,9 @@
 
 namespace oaslam {
 
+// Landmarks in common that make a detection, or another object, the same: tau of the paper.
+constexpr int kMinSharedPoints = 10;
+
 // The landmarks that were inside the boxes of an object at least `votes` times, and more often than
 // chance explains; ascending.
 std::vector<LandmarkId> VotedLandmarks(const Object& object, int votes = 0);
@@ -20,7 +23,7 @@ std::vector<LandmarkId> OwnLandmarks(const Object& object);
 int CountShared(std::span<const LandmarkId> a, std::span<const LandmarkId> b);
 
 // Whether an unmapped object can be recognised by its landmarks when it is seen again: whether
-// objects.min_shared_points landmarks of the map are its own. The paper's model recognises only
+// kMinSharedPoints landmarks of the map are its own. The paper's model recognises only
 // objects with an ellipsoid.
 bool IsKnownByLandmarks(const Map& map, const ObjectsConfig& config, const Object& object);
 

@@ -99,7 +99,7 @@ int CountCommon(const Map& map, std::span<const KeyframeId> a, std::span<const K
 }  // namespace
 
 std::vector<KeyframeId> WithNeighbours(const Map& map, std::span<const KeyframeId> keyframes) {
-  constexpr int kNeighbours = 20;  // as mapping.covisible_neighbors
+  constexpr int kNeighbours = 20;  // as many as a new keyframe is triangulated with
   std::set<KeyframeId> near(keyframes.begin(), keyframes.end());
   for (const KeyframeId id : keyframes)
     for (const KeyframeId neighbour : map.CovisibleKeyframes(id, kNeighbours))

@@ -38,7 +38,7 @@ class Hall {
   std::vector<KeyframeId> Pass(Ball ball, double y = -2, double turned = 0) {
     std::vector<KeyframeId> pass;
     for (int i = 0; i < 6; ++i) pass.push_back(AddKeyframe({-0.5 + 0.2 * i, y, 0.5}, turned, ball));
-    for (const KeyframeId id : pass) map_.UpdateCovisibility(id, 15);
+    for (const KeyframeId id : pass) map_.UpdateCovisibility(id);
     return pass;
   }
 
@@ -183,7 +183,7 @@ TEST(SightLines, SayNothingWhereThePlaceIsNotKnownFromCommonLandmarks) {
       map.EraseObservation(landmark, id);
       map.AddObservation(copy, id, keypoint);
     }
-  for (const KeyframeId id : map.keyframes.Ids()) map.UpdateCovisibility(id, 15);
+  for (const KeyframeId id : map.keyframes.Ids()) map.UpdateCovisibility(id);
   EXPECT_EQ(SeenThroughEvidence(map, map.objects.At(ball), after), 0);
 }
 

@@ -76,7 +76,7 @@ void Keep(Relocalization found, Relocalization& best) {
 Relocalization RelocalizeByPoints(const Frame& frame, const Map& map, const PlaceIndex& index,
                                   const RelocalizationConfig& config, Rng& rng,
                                   Appearance appearance, const std::optional<Rigid3>& roughly) {
-  const PlaceSearchOptions options{3 * config.ransac_iterations, config.accept_confidence};
+  const PlaceSearchOptions options{3 * kRansacIterations, config.accept_confidence};
   const LandmarkHits hits = index.Find(*frame.features, appearance);
   Relocalization best;
   best.why_not = "no place of the map looks like this";
@@ -126,7 +126,7 @@ Relocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& map,
     const std::vector<PlaceMatch> matches = MatchPlace(features, map, place, appearance);
     if (static_cast<int>(matches.size()) < kMinMatches) continue;
     const std::optional<FocalReport> rough =
-        FocalFromMatches(frame, matches, config.ransac_iterations, rng);
+        FocalFromMatches(frame, matches, kRansacIterations, rng);
     if (!rough) continue;
     const std::vector<LandmarkId> landmarks = LandmarksAround(map, place.keyframes.front());
     Frame seen = frame;

@@ -12,6 +12,11 @@
 
 namespace oaslam {
 
+// Landmarks that must agree with a pose in the half second after a lost camera was found.
+constexpr int kMinRelocalizationInliers = 50;
+// Of RANSAC with P3P on matched points, at most.
+constexpr int kRansacIterations = 300;
+
 // Relocalizes a frame by its points: finds places of similar appearance, estimates the
 // pose from their landmarks (P3P in RANSAC), and confirms it by a guided search for the
 // other landmarks around. `appearance`: by which descriptors places are found. `roughly`: a pose

@@ -15,7 +15,8 @@
 namespace oaslam {
 namespace {
 
-constexpr size_t kMaxScored = 64;  // detections; bounds the time of a score
+// The detections with the best scores that are used; the time grows with the number of triplets.
+constexpr size_t kMaxDetections = 24;
 
 SceneObject Prepare(ObjectId id, const Object& object) {
   SceneObject scene;
@@ -168,8 +169,7 @@ ObjectScene::ObjectScene(std::span<const ObjectDetection> all_detections,
       order, [&](int a, int b) { return all_detections[a].score > all_detections[b].score; });
   std::vector<std::vector<ObjectMatch>> matches;  // by detection
   for (const int i : order) {
-    if (detections.size() == std::min(static_cast<size_t>(config.max_detections), kMaxScored))
-      break;
+    if (detections.size() == kMaxDetections) break;
     const ObjectDetection& d = all_detections[i];
     matches.push_back(objects_by_label.MatchesOf(d));
     if (matches.back().empty()) {
@@ -190,7 +190,7 @@ ObjectScene::ObjectScene(std::span<const ObjectDetection> all_detections,
 }
 
 double ObjectScene::ScorePose(const Rigid3& cam_from_world, std::span<const int> scope) const {
-  std::array<double, kMaxScored> best{};
+  std::array<double, kMaxDetections> best{};
   const Eigen::Matrix3d rotation = cam_from_world.rotation.toRotationMatrix();
   const double focal_squared = camera.fx * camera.fy;
   for (const int o : scope) {

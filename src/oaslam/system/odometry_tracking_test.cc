@@ -37,7 +37,6 @@ Walked Follow(const Walk& walk) {
   empty.cameras.push_back(world.camera);
   SlamConfig config;
   config.runner.mode = RunnerMode::kSequential;
-  config.tracking.reset_below_keyframes = 0;
   Atlas atlas(config, empty, false, {});
   Walked walked;
   Rng rng(7);

@@ -157,7 +157,7 @@ TEST(BackgroundBundle, EndsWithItsOwnerAndCorrectsWhatHasGrown) {
   EXPECT_EQ(bundle.begun_at(), 3);
   map.RetireKeyframe(KeyframeId(4));
   const Map before = map;
-  bundle.WaitAndApply(15, map);
+  bundle.WaitAndApply(map);
   EXPECT_TRUE(bundle.IsReady());
   EXPECT_THAT(map.CheckInvariants(), IsEmpty());
   double moved = 0;

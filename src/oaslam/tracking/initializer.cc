@@ -25,6 +25,9 @@ constexpr size_t kMaxReferences = 4;  // each costs one matching per image
 constexpr double kLostShare = 0.7;
 // 10 s at 30 Hz, since a camera that turns waits for long; a frame takes about 50 KB.
 constexpr size_t kMaxRecent = 300;
+// Matches between the two views of a map where corners are many; the first map has hardly more
+// landmarks.
+constexpr int kInitialMatches = 100;
 // Seconds between two attempts with a reference, since parallax grows slowly.
 constexpr double kBetweenTries = 0.05;
 // Pixels of the lowest level; with less median motion the camera counts as still, since such motion
@@ -55,8 +58,7 @@ std::vector<Frame> Initializer::Reset() {
 int Initializer::NeededMatches(const Frame& frame) const {
   // An eighth of the key points: where corners are few, fewer matches can be asked.
   constexpr int kFewest = 40, kShare = 8;
-  return std::clamp(frame.features->size() / kShare, std::min(kFewest, config_.min_init_matches),
-                    config_.min_init_matches);
+  return std::clamp(frame.features->size() / kShare, kFewest, kInitialMatches);
 }
 
 KeypointPairs Initializer::Follow(Reference& reference, const Frame& frame) const {
@@ -87,8 +89,11 @@ std::optional<InitialMap> Initializer::Try(const Reference& reference, const Fra
     why_not_ = "the camera has not moved";
     return std::nullopt;
   }
+  // Between the rays of at least half of the matches; below it depth is uncertain
+  // (docs/lab/tracking.md).
+  constexpr double kMinParallaxDeg = 2;
   TwoViewOptions options;
-  options.min_parallax_deg = config_.min_init_parallax_deg;
+  options.min_parallax_deg = kMinParallaxDeg;
   options.min_points = NeededMatches(frame) / 2;
   const Rigid3 motion =
       frame.motion->cam_from_odom * CamFromOdom(*reference.frame.motion, *frame.motion)

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "oaslam/config.h"
 #include "oaslam/map/command.h"
 #include "oaslam/matching/descriptor_match.h"
 
@@ -17,8 +16,6 @@ namespace oaslam {
 // while a slow one gets its parallax from an old reference.
 class Initializer {
  public:
-  explicit Initializer(const TrackingConfig& config) : config_(config) {}
-
   // Processes the next frame. Returns the initial map, without keyframe ids, once one is reliable.
   std::optional<InitialMap> Process(const Frame& frame);
   // Begins anew. Returns the frames of the last seconds before the second frame of the initial map,
@@ -44,7 +41,6 @@ class Initializer {
   std::optional<InitialMap> Try(const Reference& reference, const Frame& frame,
                                 const KeypointPairs& pairs);
 
-  TrackingConfig config_;
   std::deque<Reference> references_;  // oldest first
   std::deque<Frame> recent_;          // the newest included
   std::string why_not_;

@@ -3,10 +3,19 @@
 #include <algorithm>
 
 namespace oaslam {
+namespace {
 
-KeyframeNeed NeedsKeyframe(const KeyframeEvidence& evidence, const TrackingConfig& config) {
+// Seconds between two keyframes: at least, unless much of the view is new, which leaves time for
+// mapping; and at most, however little the view changes.
+constexpr double kMinInterval = 0.1, kMaxInterval = 1;
+// Share of the reference keyframe's landmarks; an image that sees fewer becomes a keyframe.
+constexpr double kInlierRatio = 0.9;
+
+}  // namespace
+
+KeyframeNeed NeedsKeyframe(const KeyframeEvidence& evidence) {
   constexpr double kTimeSlack = 1e-3;  // seconds: time stamps are rounded
-  const bool is_time = evidence.seconds_since_keyframe > config.min_keyframe_interval - kTimeSlack;
+  const bool is_time = evidence.seconds_since_keyframe > kMinInterval - kTimeSlack;
   if (evidence.view_has_changed)
     return *evidence.view_has_changed && is_time ? KeyframeNeed::kUrgent : KeyframeNeed::kNone;
   // A keyframe with so few landmarks would hardly constrain its pose.
@@ -24,13 +33,11 @@ KeyframeNeed NeedsKeyframe(const KeyframeEvidence& evidence, const TrackingConfi
   constexpr double kLeft = 0.75, kThin = 0.5;
   if (evidence.inliers < kLeft * evidence.inliers_at_keyframe) return KeyframeNeed::kUrgent;
   if (!evidence.mapper_idle) return KeyframeNeed::kNone;
-  if (evidence.seconds_since_keyframe > config.max_keyframe_interval - kTimeSlack)
-    return KeyframeNeed::kWanted;
+  if (evidence.seconds_since_keyframe > kMaxInterval - kTimeSlack) return KeyframeNeed::kWanted;
   // A view that is mostly new or has few landmarks becomes a keyframe at once. Otherwise keyframes
-  // are at least min_keyframe_interval apart, to leave the mapper time.
+  // are at least kMinInterval apart, to leave the mapper time.
   if (ratio < kThin || evidence.inliers < 3 * kMinInliers) return KeyframeNeed::kWanted;
-  return is_time && ratio < config.keyframe_inlier_ratio ? KeyframeNeed::kWanted
-                                                         : KeyframeNeed::kNone;
+  return is_time && ratio < kInlierRatio ? KeyframeNeed::kWanted : KeyframeNeed::kNone;
 }
 
 }  // namespace oaslam

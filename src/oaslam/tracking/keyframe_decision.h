@@ -2,8 +2,6 @@
 
 #include <optional>
 
-#include "oaslam/config.h"
-
 namespace oaslam {
 
 struct KeyframeEvidence {
@@ -25,9 +23,9 @@ enum class KeyframeNeed {
 };
 
 // Whether a frame should become a keyframe: tracking is reliable, and the frame sees fewer than
-// `keyframe_inlier_ratio` of its reference's landmarks or the last keyframe is
-// `max_keyframe_interval` ago. Where hardly any landmark is in view and the pose goes on by
-// odometry: whenever the view has changed, so that there are landmarks again.
-KeyframeNeed NeedsKeyframe(const KeyframeEvidence& evidence, const TrackingConfig& config);
+// nine tenths of its reference's landmarks or the last keyframe is a second ago. Where hardly any
+// landmark is in view and the pose goes on by odometry: whenever the view has changed, so that
+// there are landmarks again.
+KeyframeNeed NeedsKeyframe(const KeyframeEvidence& evidence);
 
 }  // namespace oaslam

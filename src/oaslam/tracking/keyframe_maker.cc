@@ -22,7 +22,7 @@ KeyframeNeed KeyframeMaker::Need(const Frame& frame, const Map& map, const Track
     const auto motion = link.MotionSinceKeyframe(frame);
     evidence.view_has_changed = view_has_changed_ && motion && !motion->is_turn;
   }
-  return NeedsKeyframe(evidence, config_);
+  return NeedsKeyframe(evidence);
 }
 
 void KeyframeMaker::Made(KeyframeId id, double timestamp, int inliers) {

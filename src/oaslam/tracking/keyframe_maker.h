@@ -2,7 +2,6 @@
 
 #include <optional>
 
-#include "oaslam/config.h"
 #include "oaslam/map/map.h"
 #include "oaslam/tracking/keyframe_decision.h"
 #include "oaslam/tracking/odometry_link.h"
@@ -13,8 +12,6 @@ namespace oaslam {
 // Decides which images become keyframes, by what has changed since the newest one.
 class KeyframeMaker {
  public:
-  explicit KeyframeMaker(const TrackingConfig& config) : config_(config) {}
-
   // Takes note of the newest image's motion.
   void Watch(const Frame& frame);
   // Whether an image with a pose should become a keyframe.
@@ -26,7 +23,6 @@ class KeyframeMaker {
   KeyframeId newest() const { return newest_; }
 
  private:
-  TrackingConfig config_;
   KeyframeId newest_;
   double newest_at_ = 0;  // time stamp
   int newest_inliers_ = 0;

@@ -23,7 +23,7 @@ class KeyframeMakerTest : public testing::Test {
   static constexpr KeyframeId kNewest{7};
   Map map_ = synthetic::MakeMap(synthetic::MakeWorld({}), {}).map;
   OdometryLink link_;
-  KeyframeMaker maker_{TrackingConfig{}};
+  KeyframeMaker maker_;
 };
 
 TEST_F(KeyframeMakerTest, AFrameThatSeesLittleOfItsReferenceIsWanted) {

@@ -107,7 +107,7 @@ TEST(LocalMap, HoldsTheKeyframesThatShareMostFirst) {
 TEST(Initializer, WaitsForParallaxAndThenMakesAMap) {
   synthetic::World world = synthetic::MakeWorld({});
   for (double& d : world.max_distance) d = 3.0;  // the lowest level carries the initialisation
-  Initializer initializer{TrackingConfig{}};
+  Initializer initializer;
   Rng views(5);
   std::optional<InitialMap> map;
   int at = 0;
@@ -132,7 +132,7 @@ TEST(Initializer, WaitsForParallaxAndThenMakesAMap) {
 TEST(Initializer, NeverFromACameraThatOnlyTurns) {
   synthetic::World world = synthetic::MakeWorld({});
   for (double& d : world.max_distance) d = 3.0;
-  Initializer initializer{TrackingConfig{}};
+  Initializer initializer;
   Rng views(5);
   for (int i = 0; i < 25; ++i) {
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.008 * i, Eigen::Vector3d::UnitY()));
@@ -150,7 +150,7 @@ TEST(Initializer, NeverFromACameraThatOnlyTurns) {
 
 TEST(Initializer, SaysWhyThereIsNoMapYet) {
   const synthetic::World world = synthetic::MakeWorld({});
-  Initializer initializer{TrackingConfig{}};
+  Initializer initializer;
   Rng views(5);
   Frame frame;
   frame.camera = std::make_shared<const Camera>(world.camera);

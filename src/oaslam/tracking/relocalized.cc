@@ -2,6 +2,7 @@
 #include <numbers>
 #include <optional>
 
+#include "oaslam/relocalization/by_points.h"
 #include "oaslam/tracking/continuity.h"
 #include "oaslam/tracking/tracker.h"
 
@@ -57,7 +58,7 @@ TrackReport Tracker::Confirm(const Frame& frame, const Map& map, const Relocaliz
   first.landmarks = found.points.landmarks;
   first.inliers = found.points.inliers;
   TrackDemands demands = Demands();
-  demands.inliers = demands.least_inliers = config_.tracking.min_relocalization_inliers;
+  demands.inliers = demands.least_inliers = kMinRelocalizationInliers;
   demands.agreement = kAgreement;
   demands.radius_scale = kWiderSearch;
   TrackReport tracked = TrackLocalMap(frame, map, first, demands);

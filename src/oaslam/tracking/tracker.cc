@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "oaslam/relocalization/by_points.h"
 #include "oaslam/tracking/continuity.h"
 #include "oaslam/tracking/following.h"
 #include "oaslam/tracking/frames_before_map.h"
@@ -41,10 +42,9 @@ FramePose FramePoseOf(const TrackedFrame& seen, TrackingState state) {
 Tracker::Tracker(const SlamConfig& config, bool map_is_loaded)
     : config_(config),
       map_is_loaded_(map_is_loaded),
-      phase_(Initializing(config.tracking)),
+      phase_(Initializing()),
       search_(config),
-      objects_(config.objects),
-      keyframes_(config.tracking) {
+      objects_(config.objects) {
   if (map_is_loaded) phase_ = Lost{};
 }
 
@@ -133,16 +133,17 @@ TrackingStep Tracker::Follow(const Frame& frame, const Map& map, const TrackingC
   TrackDemands demands = Demands();
   // After images of which only the turn was known, the map is found again as by a relocalization.
   if (predicted && predicted->is_turn && last.frame.timestamp != link_.seen_at())
-    demands.inliers = demands.least_inliers = config_.tracking.min_relocalization_inliers;
+    demands.inliers = demands.least_inliers = kMinRelocalizationInliers;
   const TrackReport tracked = predicted ? FollowMotion(frame, map, last, *predicted, demands)
                                         : FollowWithoutMotion(frame, map, last, demands);
   if (tracked.success) return Continue(frame, map, tracked, TrackingState::kTracking, context);
   if (predicted && !context.IsMapping())
     if (auto found = LookAgain(frame, map, context)) return *std::move(found);
   if (predicted) return Continue(frame, map, tracked, TrackingState::kOdometry, context);
+  constexpr int kSmallMap = 6;  // keyframes; one with fewer is made again at once
   const auto keyframes = static_cast<int>(map.keyframes.size() + map.retired.size());
   if (!context.IsMapping() || map_is_loaded_ || !map.anchors.empty() || map.is_metric ||
-      keyframes >= config_.tracking.reset_below_keyframes) {
+      keyframes >= kSmallMap) {
     phase_ = Lost{};
     return Search(frame, map, context);
   }

@@ -26,7 +26,6 @@ namespace oaslam {
 
 // There is no map yet.
 struct Initializing {
-  explicit Initializing(const TrackingConfig& config) : initializer(config) {}
   Initializer initializer;
   // The keyframes of an initial map that the mapper was told to make; invalid where it was not.
   KeyframeId first{}, second{};

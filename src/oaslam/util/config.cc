@@ -33,10 +33,6 @@ std::vector<std::string> SlamConfig::Validate() const {
     }
   };
   VisitFields(*this, check);
-  if (features.min_fast_threshold > features.fast_threshold)
-    problems.push_back(
-        fmt::format("features.min_fast_threshold: {}, allowed: 1 to features.fast_threshold = {}",
-                    features.min_fast_threshold, features.fast_threshold));
   return problems;
 }
 
