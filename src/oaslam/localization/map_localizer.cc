@@ -31,8 +31,10 @@ RelocalizationResult MapLocalizer::Relocalize(const ImageInput& input,
   Relocalizer relocalizer(config, impl_->map.content()->index);
   const Camera camera = options.camera ? *options.camera : UnknownCamera(input.image.size());
   FrameMaker maker(config, camera);
-  const auto find = options.camera ? FindImage : FindWithUnknownCamera;
-  RelocalizationResult result = find(input, camera, options, map, config, maker, relocalizer);
+  RelocalizationResult result =
+      options.camera
+          ? FindImage(input, camera, options, map, config, maker, relocalizer)
+          : FindWithUnknownCamera(input, camera, options, map, config, maker, relocalizer);
   result.world = impl_->map.world();
   return result;
 }
