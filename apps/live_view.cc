@@ -8,7 +8,7 @@
 
 #include "common.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
-#include "oaslam/localization/snapshot_content.h"
+#include "oaslam/relocalization/snapshot_content.h"
 #include "optional_values.h"
 
 namespace oaslam::apps {

@@ -11,7 +11,7 @@
 #include "oaslam/formats/camera_mask.h"
 #include "oaslam/image_source.h"
 #include "oaslam/images/camera_source.h"
-#include "oaslam/localization/frame_maker.h"
+#include "oaslam/relocalization/frame_maker.h"
 #include "oaslam/odometry/still_parts.h"
 #include "readable_images.h"
 

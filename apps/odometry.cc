@@ -14,7 +14,7 @@
 #include "mask_choice.h"
 #include "oaslam/error.h"
 #include "oaslam/geometry/degree.h"
-#include "oaslam/localization/frame_maker.h"
+#include "oaslam/relocalization/frame_maker.h"
 #include "oaslam/trajectory_file.h"
 #include "oaslam/util/stopwatch.h"
 

@@ -4,7 +4,7 @@
 
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/images/image_files.h"
-#include "oaslam/localization/snapshot_content.h"
+#include "oaslam/relocalization/snapshot_content.h"
 
 namespace oaslam::apps {
 namespace {

@@ -22,7 +22,7 @@
 #include "metric_scale.h"
 #include "oaslam/bundle/rolling_shutter.h"
 #include "oaslam/images/camera_source.h"
-#include "oaslam/localization/snapshot_content.h"
+#include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/objects/object_mapper.h"
 #include "oaslam/slam.h"
 #include "oaslam/util/url.h"

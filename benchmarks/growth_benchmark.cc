@@ -12,7 +12,7 @@
 #include <memory>
 #include <vector>
 
-#include "oaslam/localization/relocalizer.h"
+#include "oaslam/relocalization/relocalizer.h"
 #include "oaslam/map/next_ids.h"
 #include "oaslam/mapping/background_bundle.h"
 #include "oaslam/mapping/loop_closing.h"

@@ -11,7 +11,7 @@
 #include "oaslam/features/orb_extractor.h"
 #include "oaslam/features/orb_kernels.h"
 #include "oaslam/features/resize.h"
-#include "oaslam/localization/frame_maker.h"
+#include "oaslam/relocalization/frame_maker.h"
 #include "oaslam/matching/descriptor_match.h"
 #include "oaslam/matching/projection_search.h"
 #include "oaslam/tracking/pose_tracking.h"

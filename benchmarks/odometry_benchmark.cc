@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "oaslam/geometry/pose_step.h"
-#include "oaslam/localization/frame_maker.h"
+#include "oaslam/relocalization/frame_maker.h"
 #include "oaslam/odometry/point_flow.h"
 #include "oaslam/odometry/window.h"
 #include "oaslam/util/rng.h"

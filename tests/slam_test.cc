@@ -11,7 +11,7 @@
 #include "desk_clip.h"
 #include "expect_input_error.h"
 #include "oaslam/camera_estimation.h"
-#include "oaslam/localization/snapshot_content.h"
+#include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/map_localizer.h"
 #include "oaslam/storage/map_file.h"
 

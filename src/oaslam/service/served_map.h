@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "oaslam/anchors/editing.h"
-#include "oaslam/localization/snapshot_content.h"
+#include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/map_localizer.h"
 #include "oaslam/service/map_store.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "oaslam/config.h"
-#include "oaslam/localization/relocalizer.h"
+#include "oaslam/relocalization/relocalizer.h"
 #include "oaslam/map/piece.h"
 #include "oaslam/system/piece_link.h"
 #include "oaslam/system/session.h"

@@ -3,7 +3,7 @@
 #include <cstddef>
 
 #include "oaslam/config.h"
-#include "oaslam/localization/relocalizer.h"
+#include "oaslam/relocalization/relocalizer.h"
 #include "oaslam/map/piece.h"
 #include "oaslam/system/piece_link.h"
 

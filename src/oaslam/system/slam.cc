@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/localization/image_search.h"
-#include "oaslam/localization/snapshot_content.h"
+#include "oaslam/relocalization/image_search.h"
+#include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/system/slam_impl.h"
 #include "oaslam/system/slam_view.h"
 #include "oaslam/util/log.h"

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/localization/image_search.h"
+#include "oaslam/relocalization/image_search.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/stopwatch.h"
 

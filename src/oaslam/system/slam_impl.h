@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "oaslam/anchors/editing.h"
-#include "oaslam/localization/frame_maker.h"
-#include "oaslam/localization/relocalizer.h"
-#include "oaslam/localization/snapshot_content.h"
+#include "oaslam/relocalization/frame_maker.h"
+#include "oaslam/relocalization/relocalizer.h"
+#include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/odometry/odometry.h"
 #include "oaslam/odometry/still_parts.h"
 #include "oaslam/slam.h"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "oaslam/config.h"
-#include "oaslam/localization/relocalizer.h"
+#include "oaslam/relocalization/relocalizer.h"
 #include "oaslam/tracking/odometry_registration.h"
 #include "oaslam/tracking/tracking_context.h"
 #include "oaslam/util/rng.h"

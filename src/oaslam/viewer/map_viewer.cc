@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "oaslam/localization/snapshot_content.h"
+#include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/slam.h"
 #include "oaslam/system/slam_view.h"
 #include "oaslam/viewer/viewer.h"

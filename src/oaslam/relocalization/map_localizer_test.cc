@@ -10,8 +10,8 @@
 #include "expect_input_error.h"
 #include "oaslam/description/describe_features.h"
 #include "oaslam/features/features.h"
-#include "oaslam/localization/frame_maker.h"
-#include "oaslam/localization/snapshot_content.h"
+#include "oaslam/relocalization/frame_maker.h"
+#include "oaslam/relocalization/snapshot_content.h"
 #include "object_film.h"
 
 namespace oaslam {

@@ -1,8 +1,8 @@
 #include "oaslam/map_localizer.h"
 
 #include "oaslam/error.h"
-#include "oaslam/localization/image_search.h"
-#include "oaslam/localization/snapshot_content.h"
+#include "oaslam/relocalization/image_search.h"
+#include "oaslam/relocalization/snapshot_content.h"
 
 namespace oaslam {
 

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "oaslam/config.h"
-#include "oaslam/localization/landmark_index.h"
+#include "oaslam/relocalization/landmark_index.h"
 #include "oaslam/map/map.h"
 #include "oaslam/map/relocalization.h"
 #include "oaslam/relocalization/object_trails.h"

@@ -2,8 +2,8 @@
 
 #include "oaslam/config.h"
 #include "oaslam/image_input.h"
-#include "oaslam/localization/frame_maker.h"
-#include "oaslam/localization/relocalizer.h"
+#include "oaslam/relocalization/frame_maker.h"
+#include "oaslam/relocalization/relocalizer.h"
 #include "oaslam/relocalization_result.h"
 
 namespace oaslam {

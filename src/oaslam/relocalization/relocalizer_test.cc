@@ -1,4 +1,4 @@
-#include "oaslam/localization/relocalizer.h"
+#include "oaslam/relocalization/relocalizer.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,10 +1,10 @@
-#include "oaslam/localization/relocalizer.h"
+#include "oaslam/relocalization/relocalizer.h"
 
 #include <memory>
 #include <utility>
 
 #include "oaslam/description/describe_features.h"
-#include "oaslam/localization/frame_search.h"
+#include "oaslam/relocalization/frame_search.h"
 
 namespace oaslam {
 namespace {

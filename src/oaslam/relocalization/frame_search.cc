@@ -1,4 +1,4 @@
-#include "oaslam/localization/frame_search.h"
+#include "oaslam/relocalization/frame_search.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "oaslam/localization/image_search.h"
+#include "oaslam/relocalization/image_search.h"
 
 #include <algorithm>
 #include <utility>

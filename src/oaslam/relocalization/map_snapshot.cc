@@ -5,7 +5,7 @@
 
 #include "oaslam/anchors/editing.h"
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/localization/snapshot_content.h"
+#include "oaslam/relocalization/snapshot_content.h"
 
 namespace oaslam {
 namespace {

@@ -1,4 +1,4 @@
-#include "oaslam/localization/frame_maker.h"
+#include "oaslam/relocalization/frame_maker.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
