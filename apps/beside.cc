@@ -5,7 +5,7 @@
 #include <cctype>
 #include <filesystem>
 
-#include "model_offer.h"
+#include "default_detector.h"
 #include "oaslam/error.h"
 #include "oaslam/images/camera_source.h"
 #include "oaslam/util/url.h"

@@ -17,8 +17,6 @@ void AddAnchorsCommand(CLI::App& app);
 void AddMergeCommand(CLI::App& app);
 void AddExportCommand(CLI::App& app);
 void AddViewCommand(CLI::App& app);
-void AddServeCommand(CLI::App& app);
-void AddModelsCommand(CLI::App& app);
 void AddOdometryCommand(CLI::App& app);
 
 }  // namespace oaslam::apps

@@ -1,39 +1,10 @@
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
-
-#include <cstdio>
-#include <exception>
+#include <CLI/CLI.hpp>
 
 #include "commands.h"
-#include "common.h"
-#include "help.h"
-#include "oaslam/detection/network.h"
-#include "oaslam/error.h"
-#include "oaslam/images/video_container.h"
-#include "oaslam/util/log.h"
-#include "optional_values.h"
-#include "signals.h"
+#include "program.h"
+#include "server_program.h"
 
 namespace {
-
-// Messages go to stderr, results to stdout.
-void InstallLogger() {
-  oaslam::SilenceFfmpeg();
-  spdlog::set_default_logger(spdlog::stderr_color_mt("oaslam"));
-  oaslam::apps::SetMessagePattern("");
-  oaslam::SetLogSink([](oaslam::LogLevel level, const std::string& message) {
-    switch (level) {
-      case oaslam::LogLevel::kDebug:
-        return spdlog::debug(message);
-      case oaslam::LogLevel::kInfo:
-        return spdlog::info(message);
-      case oaslam::LogLevel::kWarning:
-        return spdlog::warn(message);
-    }
-  });
-}
 
 // What the command can do, by what a person wants to do.
 constexpr const char* kOverview =
@@ -57,60 +28,28 @@ What is in a map, and edit it:    oaslam info FILE, oaslam objects FILE, oaslam 
 oaslam COMMAND --help lists the options of a command, oaslam --help the commands.
 )";
 
-// Nobody gets results that could not be written.
-int CheckStdout(int code) {
-  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
-  spdlog::error("standard output: cannot be written");
-  return code != 0 ? code : 1;
-}
-
 int Main(int argc, char** argv) {
-  InstallLogger();
-  oaslam::apps::EndOnSignals();
+  using namespace oaslam::apps;
   CLI::App app{"OA-SLAM: monocular SLAM with points and objects that finds its way back"};
-  app.name("oaslam");
-  app.set_version_flag("--version",
-                       fmt::format("oaslam {}\nDetectors are run by {}.", OASLAM_VERSION,
-                                   fmt::join(oaslam::NetworkBackends(), " or ")));
-  app.require_subcommand(1);
-  oaslam::apps::AddRunCommand(app);
-  oaslam::apps::AddDetectCommand(app);
-  oaslam::apps::AddMapObjectsCommand(app);
-  oaslam::apps::AddLocalizeCommand(app);
-  oaslam::apps::AddEvaluateCommand(app);
-  oaslam::apps::AddInfoCommand(app);
-  oaslam::apps::AddObjectsCommand(app);
-  oaslam::apps::AddAnchorsCommand(app);
-  oaslam::apps::AddMergeCommand(app);
-  oaslam::apps::AddExportCommand(app);
-  oaslam::apps::AddViewCommand(app);
-  oaslam::apps::AddServeCommand(app);
-  oaslam::apps::AddModelsCommand(app);
-  oaslam::apps::AddOdometryCommand(app);
-  oaslam::apps::GroupOptions(app);
-  if (argc < 2) {
-    fmt::print("{}", kOverview);
-    // A script that forgot the command gets an error.
-    return 1;
-  }
-  try {
-    app.parse(oaslam::apps::WithOptionalValues(argc, argv));
-  } catch (const CLI::ParseError& error) {
-    const int code = app.exit(error);
-    if (const std::string meant = oaslam::apps::DidYouMean(app); code != 0 && !meant.empty())
-      fmt::print(stderr, "{}\n", meant);
-    return code;
-  } catch (const oaslam::InputError& error) {
-    spdlog::error(error.what());
-    return 1;
-  } catch (const std::exception& error) {
-    if (std::ferror(stdout) != 0) return oaslam::apps::Interrupted() ? 130 : 1;
-    spdlog::error("unexpected: {}", error.what());
-    return 2;
-  }
-  return 0;
+  AddRunCommand(app);
+  AddDetectCommand(app);
+  AddMapObjectsCommand(app);
+  AddLocalizeCommand(app);
+  AddEvaluateCommand(app);
+  AddInfoCommand(app);
+  AddObjectsCommand(app);
+  AddAnchorsCommand(app);
+  AddMergeCommand(app);
+  AddExportCommand(app);
+  AddViewCommand(app);
+  AddOdometryCommand(app);
+  AddServerCommands(app);
+  return RunProgram(app, kOverview, argc, argv);
 }
 
 }  // namespace
 
-int main(int argc, char** argv) { return CheckStdout(Main(argc, argv)); }
+int main(int argc, char** argv) {
+  if (oaslam::apps::IsForServer(argc, argv)) return oaslam::apps::PassToServer(argv);
+  return Main(argc, argv);
+}

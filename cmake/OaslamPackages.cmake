@@ -2,7 +2,7 @@
 set(CPACK_GENERATOR DEB)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
-set(CPACK_COMPONENTS_ALL library development command)
+set(CPACK_COMPONENTS_ALL library development viewer viewer_development command server)
 if(OASLAM_BUILD_PYTHON)
   list(APPEND CPACK_COMPONENTS_ALL python)
 endif()
@@ -38,26 +38,36 @@ set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
 set(what "OA-SLAM makes a map of points and of everyday objects from one camera, and\nfinds the camera again in it, also from where points alone fail.\n\nThis package contains")
 oaslam_package(library liboaslam0 libs "${what} the shared library.")
 oaslam_package(development liboaslam-dev libdevel "${what} the headers, a CMake package and a pkg-config file.")
-oaslam_package(command oaslam science "${what} the command and the localization service.")
+oaslam_package(viewer liboaslam-viewer0 libs "${what} the shared library of its viewer, a page for browsers.")
+oaslam_package(viewer_development liboaslam-viewer-dev libdevel "${what} the header of its viewer, for CMake and pkg-config.")
+oaslam_package(command oaslam science "${what} the command with its viewer.")
+oaslam_package(server oaslam-server science "${what} the localization service, and what fetches detectors.")
 oaslam_package(python python3-oaslam python "${what} the Python module.")
 
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 file(WRITE ${PROJECT_BINARY_DIR}/triggers "activate-noawait ldconfig\n")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/triggers)
-# The command fetches detectors (oaslam models), and libcurl checks the server by these certificates.
-set(CPACK_DEBIAN_COMMAND_PACKAGE_RECOMMENDS ca-certificates)
+set(CPACK_DEBIAN_VIEWER_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/triggers)
+# `oaslam serve` and `oaslam models` are passed on to the server.
+set(CPACK_DEBIAN_COMMAND_PACKAGE_RECOMMENDS oaslam-server)
+# It fetches detectors, and libcurl checks by these certificates from whom.
+set(CPACK_DEBIAN_SERVER_PACKAGE_RECOMMENDS ca-certificates)
+set(CPACK_DEBIAN_SERVER_PACKAGE_SUGGESTS oaslam)
 # libheif's decoders of HEIC and AVIF photos are in the library itself before 1.17.
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS "oaslam, libheif-plugin-libde265 | libheif1 (<< 1.17), libheif-plugin-dav1d | libheif1 (<< 1.17)")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "liboaslam0 (= ${version}), libeigen3-dev, libopencv-core-dev")
+# It knows how the library keeps a map, which is not its interface.
+set(CPACK_DEBIAN_VIEWER_PACKAGE_DEPENDS "liboaslam0 (= ${version})")
+set(CPACK_DEBIAN_VIEWER_DEVELOPMENT_PACKAGE_DEPENDS "liboaslam-viewer0 (= ${version}), liboaslam-dev (= ${version})")
 if(OASLAM_BUILD_PYTHON)
   # The module is of the version that it was built for.
   get_directory_property(minor DIRECTORY ${PROJECT_SOURCE_DIR}/python DEFINITION Python_VERSION_MINOR)
   math(EXPR next_minor "${minor} + 1")
-  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "liboaslam0 (= ${version}), python3 (>= 3.${minor}), python3 (<< 3.${next_minor}), python3-numpy")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "liboaslam0 (= ${version}), liboaslam-viewer0 (= ${version}), python3 (>= 3.${minor}), python3 (<< 3.${next_minor}), python3-numpy")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS oaslam)
 endif()
 install(FILES ${PROJECT_SOURCE_DIR}/deploy/README.md ${PROJECT_SOURCE_DIR}/deploy/oaslam.service ${PROJECT_SOURCE_DIR}/deploy/haproxy.cfg
-  DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/oaslam/examples COMPONENT command EXCLUDE_FROM_ALL)
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/oaslam-server/examples COMPONENT server EXCLUDE_FROM_ALL)
 
 string(TIMESTAMP date "%a, %d %b %Y 00:00:00 +0000" UTC)  # honours SOURCE_DATE_EPOCH
 find_package(Python3 REQUIRED COMPONENTS Interpreter)

@@ -51,22 +51,25 @@ endfunction()
 set(oaslam_common_headers <Eigen/Dense> <fmt/format.h> <algorithm> <array> <cmath> <filesystem> <functional>
   <map> <memory> <numbers> <optional> <ranges> <set> <span> <string> <vector>)
 
-# oaslam_room(NAME [NOT_IN_LIBRARY] [LINK target...] [PRIVATE_LINK target...])
+# oaslam_room(NAME [FOR viewer|programs] [LINK target...] [PRIVATE_LINK target...]): of liboaslam, or else of liboaslam-viewer, or of
+# the programs alone.
 function(oaslam_room name)
-  cmake_parse_arguments(ROOM "NOT_IN_LIBRARY" "" "LINK;PRIVATE_LINK" ${ARGN})
+  cmake_parse_arguments(ROOM "" "FOR" "LINK;PRIVATE_LINK" ${ARGN})
   set(dir ${PROJECT_SOURCE_DIR}/src/oaslam/${name})
+  if(NOT ROOM_FOR STREQUAL "programs")
+    set_property(GLOBAL APPEND PROPERTY OASLAM_ROOM_TARGETS_${ROOM_FOR} oaslam_${name})
+  endif()
   file(GLOB sources CONFIGURE_DEPENDS ${dir}/*.cc ${dir}/*.h)
   file(GLOB tests CONFIGURE_DEPENDS ${dir}/*_test.cc)
   list(REMOVE_ITEM sources ${tests} "")
   if(NOT sources)
     add_library(oaslam_${name} INTERFACE)
     target_link_libraries(oaslam_${name} INTERFACE ${ROOM_LINK})
-    set_target_properties(oaslam_${name} PROPERTIES EXPORT_NAME ${name})
-    set_property(GLOBAL APPEND PROPERTY OASLAM_ROOM_TARGETS oaslam_${name})
+    set_target_properties(oaslam_${name} PROPERTIES EXPORT_NAME room_${name})
     return()
   endif()
   add_library(oaslam_${name} STATIC ${sources})
-  set_target_properties(oaslam_${name} PROPERTIES LINKER_LANGUAGE CXX EXPORT_NAME ${name}
+  set_target_properties(oaslam_${name} PROPERTIES LINKER_LANGUAGE CXX EXPORT_NAME room_${name}
     CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
   target_include_directories(oaslam_${name} PUBLIC
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
@@ -84,8 +87,7 @@ function(oaslam_room name)
     set_target_properties(oaslam_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
     target_compile_options(oaslam_${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   endif()
-  if(NOT ROOM_NOT_IN_LIBRARY)
-    set_property(GLOBAL APPEND PROPERTY OASLAM_ROOM_TARGETS oaslam_${name})
+  if(NOT ROOM_FOR)
     set_property(GLOBAL APPEND PROPERTY OASLAM_ROOM_OBJECTS $<TARGET_OBJECTS:oaslam_${name}>)
   endif()
   if(OASLAM_BUILD_TESTS)

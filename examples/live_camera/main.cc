@@ -10,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 #include <thread>
 
+#include "oaslam/map_viewer.h"
 #include "oaslam/oaslam.h"
 
 using Clock = std::chrono::steady_clock;

@@ -30,8 +30,7 @@
 #include "oaslam/map_localizer.h"
 #include "oaslam/relocalization_result.h"
 #include "oaslam/trajectory_file.h"
-// To watch it at work
-#include "oaslam/map_viewer.h"
+// To watch it at work; the viewer is a library of its own (oaslam/map_viewer.h)
 #include "oaslam/log.h"
 // What all of these share
 #include "oaslam/error.h"

@@ -1,6 +1,6 @@
 """Builds wheels and source archives of the Python module (PEP 517), by CMake, with Python's standard library alone.
 
-A wheel has the module and the library beside it (found by $ORIGIN). Settings (pip's --config-settings KEY=VALUE):
+A wheel has the module and the libraries beside it (found by $ORIGIN). Settings (pip's --config-settings KEY=VALUE):
   build-dir   a build folder with OASLAM_BUILD_PYTHON, which is used as it is; by default build/python is made
   cmake-args  more arguments for CMake, as in a shell
 """
@@ -68,11 +68,11 @@ def built(settings):
 def collect(folder, build):
     """Copies what a wheel contains."""
     with tempfile.TemporaryDirectory() as stage:
-        for component in ("python", "library"):
+        for component in ("python", "library", "viewer"):
             run("cmake", "--install", build, "--strip", "--component", component, "--prefix", stage)
         module, = pathlib.Path(stage).rglob("_oaslam.*.so")
         shutil.copytree(module.parent, folder / "oaslam")
-        for library in pathlib.Path(stage).rglob("liboaslam.so.?"):  # none where the module contains it
+        for library in pathlib.Path(stage).rglob("liboaslam*.so.?"):  # none where the module contains it
             shutil.copy(library, folder / "oaslam")
     if not (folder / "oaslam" / f"_oaslam{sysconfig.get_config_var('EXT_SUFFIX')}").exists():
         sys.exit(f"{build} was built for another Python than {sys.executable}: {module.name}")

@@ -27,7 +27,7 @@ endif()
 # Who links the shared library needs nothing of what is behind it.
 set(without "")
 if(SHARED)
-  foreach(package Ceres hwy nlohmann_json yaml-cpp fmt SQLiteCpp PkgConfig Threads Boost OpenSSL assimp)
+  foreach(package Ceres hwy nlohmann_json yaml-cpp fmt SQLiteCpp PkgConfig Threads Boost OpenSSL assimp CURL)
     list(APPEND without -DCMAKE_DISABLE_FIND_PACKAGE_${package}=ON)
   endforeach()
 endif()

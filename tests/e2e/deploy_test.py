@@ -36,7 +36,7 @@ class TestDeploy(harness.InFolder):
     def test_the_unit_is_valid(self):
         path = self.path("oaslam.service")
         with open(path, "w") as f:
-            f.write(harness.read_bytes(os.path.join(DEPLOY, "oaslam.service")).decode().replace("/usr/bin/oaslam", harness.BINARY))
+            f.write(harness.read_bytes(os.path.join(DEPLOY, "oaslam.service")).decode().replace("/usr/bin/oaslam-server", harness.BINARY + "-server"))
         done = subprocess.run(["systemd-analyze", "verify", path], capture_output=True, text=True, timeout=60)
         assert (done.returncode, done.stderr) == (0, "")
 
@@ -51,8 +51,8 @@ class TestDeploy(harness.InFolder):
         os.chmod(self.path("tokens"), 0o600)
         settings = dict(unit())
         command = as_systemd(settings["ExecStart"], environment)
-        assert command[0] == "/usr/bin/oaslam"
-        process = subprocess.Popen([harness.BINARY, *command[1:]])
+        assert command[0] == "/usr/bin/oaslam-server"
+        process = subprocess.Popen([harness.BINARY + "-server", *command[1:]])
         request.addfinalizer(process.kill)
 
         def is_healthy():

@@ -1,5 +1,8 @@
 """What the command says of itself: options in groups, and what was probably meant."""
+import os
 import re
+import shutil
+import subprocess
 
 import harness
 import pytest
@@ -56,3 +59,19 @@ class TestHelp:
         done = oaslam("run", "--images", harness.clip("map_front")[1], "--camera", "fov:60", "--out", "/tmp/none", "--set", setting)
         assert done.code == 1, done
         assert meant in done.err.split(setting.split("=")[0], 1)[1], done
+
+
+class TestServerProgram:
+    """`oaslam serve` and `oaslam models` are of oaslam-server."""
+
+    def test_it_is_in_path_or_beside_or_named(self, tmp_path):
+        alone = shutil.copy(harness.BINARY, tmp_path / "oaslam")
+        bin_folder = os.path.dirname(harness.BINARY)
+        for path, code, words in ((bin_folder, 0, "Usage: oaslam serve"), ("", 1, "oaslam-server is not installed: it is in the package oaslam-server")):
+            done = subprocess.run([alone, "serve", "--help"], capture_output=True, text=True, env={"PATH": path})
+            assert done.returncode == code, done
+            assert words in done.stdout + done.stderr, done
+        assert "Usage: oaslam models" in must_run("models", "--help").out  # beside it
+
+    def test_it_is_listed(self):
+        assert {"serve", "models"} <= set(re.findall(r"^  (\w+) ", must_run("--help").out, flags=re.M))

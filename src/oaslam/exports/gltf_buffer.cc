@@ -6,7 +6,7 @@
 
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
-#include "oaslam/util/base64.h"
+#include "oaslam/crypto/base64.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {

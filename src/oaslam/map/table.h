@@ -9,9 +9,15 @@
 #include <utility>
 #include <vector>
 
+#include "oaslam/export.h"
+
 #include "oaslam/util/check.h"
 
 namespace oaslam {
+
+// A number that no table had before, in all libraries of a program. Epochs only decide which pages
+// are copied; no result depends on them.
+OASLAM_API uint64_t NewTableEpoch();
 
 // A table of values by id with value semantics. A copy shares the pages of the original until one
 // side changes them, so that a snapshot costs one pointer per page. Ids ascend and are never
@@ -76,14 +82,14 @@ class Table {
   };
 
  public:
-  Table() : epoch_(NewEpoch()) {}
-  Table(const Table& other) : pages_(other.pages_), size_(other.size_), epoch_(NewEpoch()) {
-    other.epoch_ = NewEpoch();
+  Table() : epoch_(NewTableEpoch()) {}
+  Table(const Table& other) : pages_(other.pages_), size_(other.size_), epoch_(NewTableEpoch()) {
+    other.epoch_ = NewTableEpoch();
   }
   Table(Table&& other) noexcept
       : pages_(std::move(other.pages_)), size_(other.size_), epoch_(other.epoch_.load()) {
     other.size_ = 0;
-    other.epoch_ = NewEpoch();
+    other.epoch_ = NewTableEpoch();
   }
   Table& operator=(const Table& other) {
     if (this != &other) *this = Table(other);
@@ -94,7 +100,7 @@ class Table {
     size_ = other.size_;
     epoch_ = other.epoch_.load();
     other.size_ = 0;
-    other.epoch_ = NewEpoch();
+    other.epoch_ = NewTableEpoch();
     return *this;
   }
 
@@ -214,12 +220,6 @@ class Table {
   }
 
  private:
-  // Epochs only decide which pages are copied; no result depends on them.
-  static uint64_t NewEpoch() {
-    static std::atomic<uint64_t> next{1};
-    return next.fetch_add(1, std::memory_order_relaxed);
-  }
-
   Page& OwnPage(uint32_t index) {
     std::shared_ptr<Page>& page = pages_[index];
     if (!page) {

@@ -11,7 +11,7 @@
 #include "expect_input_error.h"
 #include "oaslam/detection/model_folders.h"
 #include "oaslam/models/download.h"
-#include "oaslam/util/sha256.h"
+#include "oaslam/crypto/sha256.h"
 
 namespace oaslam {
 namespace {

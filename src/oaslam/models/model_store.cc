@@ -10,7 +10,7 @@
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/models/part_file.h"
-#include "oaslam/util/sha256.h"
+#include "oaslam/crypto/sha256.h"
 
 namespace oaslam {
 namespace {

@@ -8,7 +8,7 @@
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/service/received_image.h"
-#include "oaslam/util/base64.h"
+#include "oaslam/crypto/base64.h"
 #include "oaslam/util/lower.h"
 #include "oaslam/util/stopwatch.h"
 

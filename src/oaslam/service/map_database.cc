@@ -14,7 +14,7 @@
 #include "oaslam/service/postgres.h"
 #include "oaslam/service/private_folder.h"
 #include "oaslam/util/check.h"
-#include "oaslam/util/sha256.h"
+#include "oaslam/crypto/sha256.h"
 
 namespace oaslam {
 namespace {

@@ -13,7 +13,7 @@
 #include "oaslam/formats/text.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/printable.h"
-#include "oaslam/util/sha256.h"
+#include "oaslam/crypto/sha256.h"
 
 namespace oaslam {
 namespace {

@@ -6,7 +6,8 @@
 
 namespace oaslam {
 
-// Gives a message to the sink (SetLogSink). From any thread; holds no lock meanwhile.
-void Log(LogLevel level, const std::string& message);
+// Gives a message to the sink (SetLogSink), the one of all libraries of a program. From any thread;
+// holds no lock meanwhile.
+OASLAM_API void Log(LogLevel level, const std::string& message);
 
 }  // namespace oaslam

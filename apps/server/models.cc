@@ -9,13 +9,14 @@
 #include <string>
 #include <vector>
 
-#include "commands.h"
-#include "model_offer.h"
+#include "default_detector.h"
+#include "oaslam/crypto/sha256.h"
 #include "oaslam/detection/model_folders.h"
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/models/model_store.h"
-#include "oaslam/util/sha256.h"
+#include "server/fetch.h"
+#include "server/server_commands.h"
 
 namespace oaslam::apps {
 namespace {
@@ -122,6 +123,12 @@ void AddModelsCommand(CLI::App& app) {
       ->type_name("NAME");
   for (CLI::App* with_force : {get, add})
     with_force->add_flag("--force", options->force, "replace another file that has this name");
+  // What `oaslam run` calls where the default detector is missing (OfferDetector).
+  auto* offer = command->add_subcommand("offer", "Ask whether to fetch the default detector");
+  offer->group("");
+  offer->callback([] {
+    if (const int code = OfferDefaultModel()) throw CLI::RuntimeError(code);
+  });
   get->callback([options] {
     if (const int code = GetModel(*options)) throw CLI::RuntimeError(code);
   });

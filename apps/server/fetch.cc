@@ -1,19 +1,19 @@
-#include "model_offer.h"
+#include "server/fetch.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <iostream>
+#include <string>
 
-#include "common.h"
 #include "oaslam/detection/model_folders.h"
 #include "oaslam/error.h"
 #include "oaslam/models/model_store.h"
 #include "oaslam/util/user_folders.h"
+#include "signals.h"
 
 namespace oaslam::apps {
 namespace {
@@ -48,13 +48,6 @@ class DownloadProgress {
   bool quiet_, is_terminal_ = isatty(STDERR_FILENO) == 1, is_drawn_ = false;
 };
 
-// Whether somebody sits there and sees the question. A process in the background would be stopped
-// when it reads from the terminal.
-bool IsAtTerminal() {
-  return isatty(STDIN_FILENO) == 1 && isatty(STDOUT_FILENO) == 1 && isatty(STDERR_FILENO) == 1 &&
-         tcgetpgrp(STDIN_FILENO) == getpgrp();
-}
-
 // Notes that the user is asked. Returns false if that was noted before, or cannot be.
 bool NoteQuestion() {
   const auto state = UserFolder("XDG_STATE_HOME", ".local/state");
@@ -78,18 +71,6 @@ bool AskToFetch(const PublishedModel& model) {
   return std::getline(std::cin, answer) && (answer.starts_with('y') || answer.starts_with('Y'));
 }
 
-// Returns whether the default detector was fetched.
-bool FetchIfWanted(const PublishedModel& model) {
-  if (!IsAtTerminal() || !UserModelFolder() || !NoteQuestion() || !AskToFetch(model)) return false;
-  try {
-    if (FetchForUser(model, false, DownloadOptions{}.timeout_s, false)) return true;
-  } catch (const InputError& error) {
-    spdlog::warn(error.what());
-    return false;
-  }
-  throw CLI::RuntimeError(130);
-}
-
 }  // namespace
 
 std::optional<fs::path> FetchForUser(const PublishedModel& model, bool replace, int timeout_s,
@@ -110,42 +91,16 @@ fs::path FolderForModels() {
   throw InputError("neither XDG_DATA_HOME nor HOME tells where models are kept");
 }
 
-std::string DefaultDetectorIfHere() { return FindModel(kDefaultModel) ? "default" : "none"; }
-
-std::string DefaultDetectorOrOffer() {
-  if (FindModel(kDefaultModel)) return "default";
+int OfferDefaultModel() {
   const std::vector<PublishedModel> catalogue = ModelCatalogue();
   const PublishedModel* model = FindPublished(catalogue, kDefaultModel);
-  if (model != nullptr && FetchIfWanted(*model)) return "default";
-  SayHowToGetDetector();
-  return "none";
-}
-
-std::set<std::string> DetectorsIn(const fs::path& folder) {
-  std::set<std::string> names;
-  std::error_code error;
-  for (const auto& file : fs::directory_iterator(folder, error)) {
-    const std::string name = file.path().stem().string();
-    if (file.path().filename() == FileOfModel(name) && IsModelName(name)) names.insert(name);
+  if (model == nullptr || !UserModelFolder() || !NoteQuestion() || !AskToFetch(*model)) return 1;
+  try {
+    return FetchForUser(*model, false, DownloadOptions{}.timeout_s, false) ? 0 : 130;
+  } catch (const InputError& error) {
+    spdlog::warn(error.what());
+    return 1;
   }
-  return names;
-}
-
-void SayHowToGetDetector() {
-  std::string other;
-  for (const fs::path& folder : ModelFolders())
-    if (const auto names = DetectorsIn(folder); other.empty() && !names.empty())
-      other = *names.begin();
-  if (other.empty())
-    spdlog::info(
-        "points alone, no objects: no detector is here. `oaslam models get {}` fetches one, "
-        "--detector NAME or FILE uses another",
-        kDefaultModel);
-  else
-    spdlog::info(
-        "points alone, no objects: the default detector is not here. `oaslam models get {}` "
-        "fetches it, --detector {} uses one that is here",
-        kDefaultModel, other);
 }
 
 }  // namespace oaslam::apps

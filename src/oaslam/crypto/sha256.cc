@@ -1,4 +1,4 @@
-#include "oaslam/util/sha256.h"
+#include "oaslam/crypto/sha256.h"
 
 #include <fmt/format.h>
 #include <openssl/evp.h>

@@ -1,4 +1,4 @@
-#include "oaslam/util/base64.h"
+#include "oaslam/crypto/base64.h"
 
 #include <gtest/gtest.h>
 

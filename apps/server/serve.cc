@@ -9,14 +9,14 @@
 #include <opencv2/core/utility.hpp>
 #include <thread>
 
-#include "commands.h"
 #include "common.h"
 #include "content_options.h"
+#include "default_detector.h"
 #include "detector_options.h"
-#include "model_offer.h"
 #include "oaslam/error.h"
 #include "oaslam/service/localization_service.h"
 #include "optional_values.h"
+#include "server/server_commands.h"
 #include "server_options.h"
 
 namespace oaslam::apps {

@@ -1,0 +1,84 @@
+#include "program.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <cstdio>
+#include <exception>
+
+#include "common.h"
+#include "help.h"
+#include "oaslam/detection/network.h"
+#include "oaslam/error.h"
+#include "oaslam/images/video_container.h"
+#include "oaslam/util/log.h"
+#include "optional_values.h"
+#include "signals.h"
+
+namespace oaslam::apps {
+namespace {
+
+// Messages go to stderr, results to stdout.
+void InstallLogger() {
+  SilenceFfmpeg();
+  spdlog::set_default_logger(spdlog::stderr_color_mt("oaslam"));
+  SetMessagePattern("");
+  SetLogSink([](LogLevel level, const std::string& message) {
+    switch (level) {
+      case LogLevel::kDebug:
+        return spdlog::debug(message);
+      case LogLevel::kInfo:
+        return spdlog::info(message);
+      case LogLevel::kWarning:
+        return spdlog::warn(message);
+    }
+  });
+}
+
+// Nobody gets results that could not be written.
+int CheckStdout(int code) {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+  spdlog::error("standard output: cannot be written");
+  return code != 0 ? code : 1;
+}
+
+int Parse(CLI::App& app, const char* overview, int argc, char** argv) {
+  app.name("oaslam");
+  app.set_version_flag("--version", fmt::format("oaslam {}\nDetectors are run by {}.", OASLAM_VERSION,
+                                                fmt::join(NetworkBackends(), " or ")));
+  app.require_subcommand(1);
+  GroupOptions(app);
+  if (argc < 2) {
+    fmt::print("{}", overview);
+    // A script that forgot the command gets an error.
+    return 1;
+  }
+  try {
+    app.parse(WithOptionalValues(argc, argv));
+  } catch (const CLI::ParseError& error) {
+    const int code = app.exit(error);
+    if (const std::string meant = DidYouMean(app); code != 0 && !meant.empty())
+      fmt::print(stderr, "{}\n", meant);
+    return code;
+  } catch (const InputError& error) {
+    spdlog::error(error.what());
+    return 1;
+  } catch (const std::exception& error) {
+    if (std::ferror(stdout) != 0) return Interrupted() ? 130 : 1;
+    spdlog::error("unexpected: {}", error.what());
+    return 2;
+  }
+  return 0;
+}
+
+}  // namespace
+
+int RunProgram(CLI::App& app, const char* overview, int argc, char** argv) {
+  InstallLogger();
+  EndOnSignals();
+  return CheckStdout(Parse(app, overview, argc, argv));
+}
+
+}  // namespace oaslam::apps
