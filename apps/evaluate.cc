@@ -12,7 +12,6 @@
 #include "oaslam/evaluation/object_metrics.h"
 #include "oaslam/evaluation/plots.h"
 #include "oaslam/evaluation/relocalization_metrics.h"
-#include "oaslam/evaluation/state_plot.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/exports/map_scene.h"
 #include "oaslam/formats/table_file.h"
@@ -26,12 +25,11 @@ namespace fs = std::filesystem;
 
 struct EvaluateOptions {
   CommonOptions common;
-  std::string estimate, groundtruth, align = "sim3", plot, plot_errors, recording;
+  std::string estimate, groundtruth, align = "sim3", plot, recording;
   std::vector<std::string> groundtruths;  // of the recordings of a map
-  std::vector<std::string> poses, errors, compare;
+  std::vector<std::string> poses;
   std::vector<std::string> map_trajectories;
   std::string map_groundtruth, frames, hypotheses;
-  std::vector<std::string> hypothesis_files, runs;
   std::string objects, truth;
 };
 
@@ -55,23 +53,6 @@ std::string CurveName(const std::string& path) {
   const fs::path file = fs::absolute(path);
   const bool is_ours = file.filename() == "poses.txt" || file.filename() == "trajectory.txt";
   return is_ours ? file.parent_path().filename().string() : file.stem().string();
-}
-
-void PlotErrors(const EvaluateOptions& o, const std::vector<StampedPose>& groundtruth,
-                const TrajectoryReport& first) {
-  std::vector<TimeCurve> curves;
-  const auto add = [&](const std::string& path, const TrajectoryReport& report) {
-    curves.push_back({fmt::format("{}: ATE {:.2f} cm", CurveName(path), 100 * report.position.rmse),
-                      report.position_errors});
-  };
-  add(o.estimate, first);
-  for (const std::string& path : o.compare) {
-    const TrajectoryReport report =
-        EvaluateTrajectory(groundtruth, LoadTrajectory(path), ParseAlign(o.align));
-    if (!report.success) throw InputError(fmt::format("{}: {}", path, report.why_not));
-    add(path, report);
-  }
-  SaveErrorPlot(o.plot_errors, curves, "Position error over time");
 }
 
 void PrintConsistency(const std::string& frames, const TrajectoryReport& report) {
@@ -111,7 +92,6 @@ void Evaluate(const EvaluateOptions& o, const Estimate& estimated,
   fmt::print("poses {} of {} with ground truth, align {}, scale {:.6f}\n", report.pairs,
              estimate.size(), o.align, scale);
   if (!o.frames.empty()) PrintConsistency(o.frames, report);
-  if (!o.plot_errors.empty()) PlotErrors(o, groundtruth, report);
   if (o.plot.empty()) return;
   std::vector<StampedPose> shown;  // only the time span of the estimate
   for (const StampedPose& pose : groundtruth)
@@ -161,8 +141,8 @@ void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
         fmt::format("{}: has {} recordings, and {} ground truths are given; allowed: one for each, "
                     "or --recording",
                     o.estimate, estimates.size(), o.groundtruths.size()));
-  if (estimates.size() > 1 && !(o.plot + o.plot_errors + o.frames).empty())
-    throw InputError("--plot, --plot-errors, --frames: are for one recording (--recording)");
+  if (estimates.size() > 1 && !(o.plot + o.frames).empty())
+    throw InputError("--plot, --frames: are for one recording (--recording)");
   for (size_t i = 0; i < estimates.size(); ++i) {
     if (estimates.size() > 1) fmt::print("{}{}\n", i == 0 ? "" : "\n", estimates[i].name);
     Evaluate(o, estimates[i], o.groundtruths[i]);
@@ -243,57 +223,11 @@ void EvaluateRelocalizationCommand(const EvaluateOptions& o) {
         CompareRelocalization(groundtruth, poses, FrameTimes(o, o.poses[i], poses), alignments[i]));
     curves.back().name = CurveName(o.poses[i]);
   }
-  for (const std::string& path : o.errors) {
-    curves.push_back(LoadRelocalizationErrors(path));
-    curves.back().name = CurveName(path);
-  }
   for (const RelocalizationErrors& curve : curves) PrintRelocalization(curve);
   if (!o.hypotheses.empty())
     SaveHypothesisErrors(o.hypotheses,
                          HypothesesBeside(o.poses.front(), groundtruth, alignments.front()));
   if (!o.plot.empty()) SaveRecallPlot(o.plot, curves, "Frames localized within a distance");
-}
-
-void PrintReliability(const std::string& name, const Reliability& reliability) {
-  fmt::print("{}: {} hypotheses, calibration error {:.3f}, Brier score {:.3f}\n", name,
-             reliability.count, reliability.calibration_error, reliability.brier);
-  fmt::print("  {:>10} {:>8} {:>16} {:>10}\n", "confidence", "frames", "mean confidence", "right");
-  for (size_t i = 0; i < reliability.bins.size(); ++i) {
-    const ReliabilityBin& bin = reliability.bins[i];
-    if (bin.count > 0)
-      fmt::print("  {:>5.1f}-{:<4.1f} {:>8} {:>16.3f} {:>8.1f} %\n", static_cast<double>(i) / 10,
-                 static_cast<double>(i + 1) / 10, bin.count, bin.mean_confidence,
-                 100 * bin.share_right);
-  }
-}
-
-void EvaluateReliabilityCommand(const EvaluateOptions& o) {
-  std::vector<ReliabilityCurve> curves;
-  for (const std::string& path : o.hypothesis_files) {
-    curves.push_back({CurveName(path), SummarizeReliability(LoadHypothesisErrors(path))});
-    PrintReliability(curves.back().name, curves.back().reliability);
-  }
-  if (!o.plot.empty())
-    SaveReliabilityPlot(o.plot, curves, "How often poses with a given confidence are right");
-}
-
-void EvaluateStatesCommand(const EvaluateOptions& o) {
-  std::vector<StateRow> rows;
-  for (const std::string& path : o.runs) {
-    std::error_code error;
-    if (fs::exists(fs::path(path) / "poses.txt", error) &&
-        !fs::exists(fs::path(path) / "trajectory.txt", error))
-      throw InputError(
-          fmt::format("{}: is of localize; evaluate states takes folders of run", path));
-    rows.push_back(LoadStates((fs::path(path) / "frames.csv").string()));
-    rows.back().name = fs::absolute(path).lexically_normal().filename().string();
-    fmt::print("{}:", rows.back().name);
-    for (const char* state : {"tracking", "relocalized", "odometry", "preliminary", "objects",
-                              "filled", "initializing", "lost"})
-      fmt::print(" {} {}", state, std::ranges::count(rows.back().states, state));
-    fmt::print("\n");
-  }
-  if (!o.plot.empty()) SaveStatePlot(o.plot, rows, "The state of each frame");
 }
 
 void EvaluateObjectsCommand(const EvaluateOptions& o) {
@@ -334,13 +268,6 @@ void AddEvaluateCommand(CLI::App& app) {
   trajectory->add_option("--frames", o.frames,
                          "frames.csv of the run: also compares the errors with their stated "
                          "standard deviations, which are those of trajectory_live.txt");
-  auto* plot_errors = trajectory->add_option(
-      "--plot-errors", o.plot_errors, "Draw the error of each position over time into this SVG");
-  trajectory
-      ->add_option("--compare", o.compare, "Another trajectory for --plot-errors; may be repeated")
-      ->expected(1)
-      ->take_all()
-      ->needs(plot_errors);
   trajectory->callback([options] { EvaluateTrajectoryCommand(*options); });
 
   CLI::App* relocalization =
@@ -350,12 +277,6 @@ void AddEvaluateCommand(CLI::App& app) {
       ->expected(1)
       ->take_all()
       ->required();
-  relocalization
-      ->add_option(
-          "--errors", o.errors,
-          "Errors of another system: frame,position_error_m,rotation_error_deg; may be repeated")
-      ->expected(1)
-      ->take_all();
   relocalization->add_option("--map-groundtruth", o.map_groundtruth,
                              "Ground truth of the mapping run, where it is another sequence than "
                              "the query's; default: --groundtruth");
@@ -365,25 +286,10 @@ void AddEvaluateCommand(CLI::App& app) {
       "default: frames.csv beside the poses");
   relocalization->add_option("--hypotheses", o.hypotheses,
                              "Write confidence and error of each frame's best hypothesis into this "
-                             "CSV, for `evaluate reliability` (of the first --poses)");
+                             "CSV (of the first --poses)");
   relocalization->add_option("--plot", o.plot,
                              "Draw the share of frames against the error into this SVG");
   relocalization->callback([options] { EvaluateRelocalizationCommand(*options); });
-
-  CLI::App* reliability =
-      evaluate->add_subcommand("reliability", "How often poses with a given confidence are right");
-  reliability
-      ->add_option("hypotheses", o.hypothesis_files,
-                   "Files that `evaluate relocalization --hypotheses` wrote")
-      ->required();
-  reliability->add_option("--plot", o.plot, "Draw the reliability diagram into this SVG");
-  reliability->callback([options] { EvaluateReliabilityCommand(*options); });
-
-  CLI::App* states =
-      evaluate->add_subcommand("states", "The state of each frame of one or more runs");
-  states->add_option("runs", o.runs, "Output folders of `oaslam run`")->required();
-  states->add_option("--plot", o.plot, "Draw the states over time into this SVG");
-  states->callback([options] { EvaluateStatesCommand(*options); });
 
   CLI::App* objects = evaluate->add_subcommand("objects", "Objects of a map against true ones");
   objects->add_option("objects", o.objects, "objects.json of a run")->required();
@@ -409,7 +315,7 @@ void AddEvaluateCommand(CLI::App& app) {
                         "Frames a second that the run was given, where a folder without times is "
                         "the ground truth");
   }
-  for (CLI::App* command : {trajectory, relocalization, reliability, states, objects})
+  for (CLI::App* command : {trajectory, relocalization, objects})
     AddQuietOption(*command, o.common);
 }
 

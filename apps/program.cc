@@ -46,8 +46,9 @@ int CheckStdout(int code) {
 
 int Parse(CLI::App& app, const char* overview, int argc, char** argv) {
   app.name("oaslam");
-  app.set_version_flag("--version", fmt::format("oaslam {}\nDetectors are run by {}.", OASLAM_VERSION,
-                                                fmt::join(NetworkBackends(), " or ")));
+  app.set_version_flag("--version",
+                       fmt::format("oaslam {}\nDetectors are run by {}.", OASLAM_VERSION,
+                                   fmt::join(NetworkBackends(), " or ")));
   app.require_subcommand(1);
   GroupOptions(app);
   if (argc < 2) {

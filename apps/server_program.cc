@@ -41,7 +41,8 @@ bool IsAtTerminal() {
 }  // namespace
 
 void AddServerCommands(CLI::App& app) {
-  for (const ServerCommand& command : kServerCommands) app.add_subcommand(command.name, command.help);
+  for (const ServerCommand& command : kServerCommands)
+    app.add_subcommand(command.name, command.help);
 }
 
 bool IsForServer(int argc, const char* const* argv) {

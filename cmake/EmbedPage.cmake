@@ -18,6 +18,8 @@ std::string_view @name@() {
 }  // namespace oaslam
 ]=] @ONLY)
   target_sources(${target} PRIVATE ${source})
+  # Alone, so that a sanitized room can take it from the other (OaslamRooms.cmake).
+  set_source_files_properties(${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
 # oaslam_embed_page(TARGET NAME HEADER FILE): the same, compressed by gzip.

@@ -95,4 +95,48 @@ function(oaslam_room name)
       set_property(GLOBAL APPEND PROPERTY OASLAM_UNIT_TESTS "${name}:${test}")
     endforeach()
   endif()
+  set_property(GLOBAL PROPERTY OASLAM_ROOM_LINKS_${name} ${ROOM_LINK})
+  if(OASLAM_BUILD_TESTS AND NOT OASLAM_SANITIZE AND name IN_LIST oaslam_foreign_rooms)
+    oaslam_sanitized_room(${name} "${sources}" ${ROOM_PRIVATE_LINK})
+  endif()
+endfunction()
+
+# The rooms that read foreign bytes or manage memory themselves.
+set(oaslam_foreign_rooms detection features formats images map net service storage)
+set(oaslam_sanitizers -fsanitize=address,undefined -fno-sanitize-recover=all -fno-sanitize=null,object-size,vptr)
+set(oaslam_sanitizer_definitions EIGEN_MALLOC_ALREADY_ALIGNED=1)  # as below OASLAM_SANITIZE above
+
+# The target NAME_sanitized: the same files once more, under the sanitizers. A test of it takes the other rooms as they are, so
+# that these are not built twice.
+function(oaslam_sanitized_room name sources)
+  set(target oaslam_${name}_sanitized)
+  add_library(${target} STATIC EXCLUDE_FROM_ALL ${sources})
+  set_target_properties(${target} PROPERTIES LINKER_LANGUAGE CXX CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
+    UNITY_BUILD ${OASLAM_UNITY} UNITY_BUILD_BATCH_SIZE 8)
+  target_link_libraries(${target} PRIVATE oaslam_${name} oaslam_options ${ARGN})
+  target_compile_definitions(${target} PRIVATE $<TARGET_PROPERTY:oaslam_${name},COMPILE_DEFINITIONS> ${oaslam_sanitizer_definitions})
+  target_compile_options(${target} PRIVATE $<TARGET_PROPERTY:oaslam_${name},COMPILE_OPTIONS> -O1 -g1 -fno-omit-frame-pointer
+    ${oaslam_sanitizers} $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized;-Wno-subobject-linkage>)
+endfunction()
+
+# Sets in OUT the sanitized rooms that a room reaches, itself included.
+function(oaslam_sanitized_below name out)
+  set(found "")
+  set(left ${name})
+  set(done "")
+  while(left)
+    list(POP_FRONT left room)
+    if(room IN_LIST done)
+      continue()
+    endif()
+    list(APPEND done ${room})
+    if(room IN_LIST oaslam_foreign_rooms)
+      list(APPEND found oaslam_${room}_sanitized)
+    endif()
+    get_property(links GLOBAL PROPERTY OASLAM_ROOM_LINKS_${room})
+    list(FILTER links INCLUDE REGEX "^oaslam_")
+    list(TRANSFORM links REPLACE "^oaslam_" "")
+    list(APPEND left ${links})
+  endwhile()
+  set(${out} ${found} PARENT_SCOPE)
 endfunction()

@@ -63,7 +63,7 @@ class TestCommandDocs(harness.InFolder):
 
     def check_shell(self, shell):
         self.cleanup.callback(shell.close)
-        for line, words in (("oaslam ser", "serve"), ("oaslam evaluate traj", "evaluate trajectory"), ("oaslam evaluate trajectory --plot-e", "evaluate trajectory --plot-errors"),
+        for line, words in (("oaslam ser", "serve"), ("oaslam evaluate traj", "evaluate trajectory"), ("oaslam evaluate trajectory --pl", "evaluate trajectory --plot"),
                             ("oaslam run --detector-ba", "run --detector-backend"), ("oaslam run --detector-backend on", "run --detector-backend onnxruntime"),
                             ("oaslam run --quiet --resu", "run --quiet --resu"), ("oaslam detect --resu", "detect --resume"),
                             ("oaslam run --camera walks/k", "run --camera walks/kitchen.mp4"), ("oaslam run walks/k", "run walks/kitchen.mp4"),

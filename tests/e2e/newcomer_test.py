@@ -94,9 +94,6 @@ class TestNewcomer(harness.InFolder):
         done = must_run("localize", "--map", self.out, other, "--to", 20)
         assert done.out.strip().splitlines()[-1] == f"to look at it: oaslam view {self.path('other.localized')} --map {self.out}"
         assert len(harness.read_tum(self.path("other.localized/poses.txt"))) > 15
-        done = oaslam("evaluate", "states", self.path("other.localized"))
-        assert done.code == 1, done
-        assert "other.localized: is of localize; evaluate states takes folders of run" in done.err
 
     def test_detections_mean_no_detector(self):
         clip = os.path.join(harness.SAMPLE, "map_front")

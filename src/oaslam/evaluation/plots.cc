@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 #include "oaslam/exports/svg.h"
 #include "oaslam/exports/top_view.h"
@@ -52,18 +51,8 @@ class Chart {
     canvas_.Text(At({units_.x() / 2, 0}) + Eigen::Vector2d(0, 40), x_label, 13, "middle");
   }
 
-  void DrawLine(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const char* style) {
-    canvas_.Line(At(a), At(b), style);
-  }
-
-  // Adds a line; labels, if there are any, are written beside its points.
-  void Add(const std::string& name, Points2 line, const std::vector<std::string>& labels = {}) {
+  void Add(const std::string& name, Points2 line) {
     std::ranges::transform(line, line.begin(), [&](const Eigen::Vector2d& p) { return At(p); });
-    for (size_t i = 0; i < labels.size(); ++i) {
-      canvas_.Circle(line[i], 4, fmt::format(R"(fill="{}")", PaletteColor(count_)));
-      canvas_.Text(line[i] + Eigen::Vector2d(8, 14), labels[i], 11, "start",
-                   fmt::format(R"(fill="{}")", PaletteColor(count_)));
-    }
     const std::string style = fmt::format(
         R"(stroke="{}" stroke-width="2.2" stroke-linejoin="round")", PaletteColor(count_));
     canvas_.Polyline(line, style);
@@ -116,25 +105,6 @@ void SaveTrajectoryPlot(const std::string& path, const std::vector<StampedPose>&
   WriteTextFile(path, canvas.Finish());
 }
 
-void SaveErrorPlot(const std::string& path, const std::vector<TimeCurve>& curves,
-                   const std::string& title) {
-  double first = std::numeric_limits<double>::max(), last = 0, highest = 0;
-  for (const TimeCurve& curve : curves)
-    for (const auto& [time, error] : curve.points) {
-      first = std::min(first, time);
-      last = std::max(last, time);
-      highest = std::max(highest, 100 * error);
-    }
-  Chart chart(std::max(last - first, 1e-3), std::max(1.05 * highest, 1e-3), title, curves.size());
-  chart.DrawGrid("time [s]", "cm");
-  for (const TimeCurve& curve : curves) {
-    Points2 line;
-    for (const auto& [time, error] : curve.points) line.push_back({time - first, 100 * error});
-    chart.Add(curve.name, line);
-  }
-  WriteTextFile(path, chart.Finish());
-}
-
 void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErrors>& curves,
                     const std::string& title) {
   Chart chart(100, 100, title, curves.size());
@@ -146,31 +116,6 @@ void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErr
     for (int cm = 0; cm <= 100; ++cm)
       line.push_back({static_cast<double>(cm), 100 * RecallAt(curve, cm / 100.0)});
     chart.Add(fmt::format("{} ({} frames)", curve.name, curve.frames), line);
-  }
-  WriteTextFile(path, chart.Finish());
-}
-
-void SaveReliabilityPlot(const std::string& path, const std::vector<ReliabilityCurve>& curves,
-                         const std::string& title) {
-  // Least number of frames for a point; the share of fewer is too uncertain.
-  constexpr size_t kLeastFrames = 10;
-  Chart chart(1, 100, title, curves.size());
-  chart.DrawGrid(fmt::format("confidence, and the share that is right ({:g} m, {:.0f} degrees); "
-                             "numbers: frames, at least 10",
-                             kFalseDistance, kFalseRotationDeg),
-                 "%");
-  chart.DrawLine({0, 0}, {1, 100}, kReferenceStyle);
-  for (const auto& [name, reliability] : curves) {
-    Points2 line;
-    std::vector<std::string> counts;
-    for (const ReliabilityBin& bin : reliability.bins) {
-      if (bin.count < kLeastFrames) continue;
-      line.push_back({bin.mean_confidence, 100 * bin.share_right});
-      counts.push_back(fmt::format("{}", bin.count));
-    }
-    chart.Add(fmt::format("{} ({} frames): calibration error {:.3f}", name, reliability.count,
-                          reliability.calibration_error),
-              line, counts);
   }
   WriteTextFile(path, chart.Finish());
 }

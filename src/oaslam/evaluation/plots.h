@@ -3,7 +3,6 @@
 #include <string>
 #include <vector>
 
-#include "oaslam/evaluation/reliability.h"
 #include "oaslam/evaluation/relocalization_metrics.h"
 #include "oaslam/trajectory_file.h"
 
@@ -13,27 +12,8 @@ namespace oaslam {
 void SaveTrajectoryPlot(const std::string& path, const std::vector<StampedPose>& reference,
                         const std::vector<StampedPose>& aligned_estimate, const std::string& title);
 
-// A line over time.
-struct TimeCurve {
-  std::string name;
-  std::vector<std::pair<double, double>> points;  // seconds, value
-};
-
-// Position errors [m] over time.
-void SaveErrorPlot(const std::string& path, const std::vector<TimeCurve>& curves,
-                   const std::string& title);
-
 // Draws the share of frames localized within a distance of 0 to 1 m, with a curve for each method.
 void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErrors>& curves,
                     const std::string& title);
-
-// The share of correct hypotheses against the reported confidence; a calibrated method
-// lies on the diagonal.
-struct ReliabilityCurve {
-  std::string name;
-  Reliability reliability;
-};
-void SaveReliabilityPlot(const std::string& path, const std::vector<ReliabilityCurve>& curves,
-                         const std::string& title);
 
 }  // namespace oaslam

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
-#include "oaslam/formats/table_file.h"
 #include "oaslam/formats/text.h"
 
 namespace oaslam {
@@ -29,51 +27,12 @@ std::vector<HypothesisError> CompareHypotheses(
   return errors;
 }
 
-Reliability SummarizeReliability(std::span<const HypothesisError> hypotheses) {
-  Reliability result;
-  result.count = hypotheses.size();
-  for (const HypothesisError& h : hypotheses) {
-    const double right =
-        h.error.position <= kFalseDistance && h.error.rotation_deg <= kFalseRotationDeg ? 1 : 0;
-    const auto index =
-        std::min(static_cast<size_t>(h.confidence * static_cast<double>(result.bins.size())),
-                 result.bins.size() - 1);
-    ReliabilityBin& bin = result.bins[index];
-    ++bin.count;
-    bin.mean_confidence += h.confidence;
-    bin.share_right += right;
-    result.brier += (h.confidence - right) * (h.confidence - right);
-  }
-  for (ReliabilityBin& bin : result.bins) {
-    if (bin.count == 0) continue;
-    result.calibration_error += std::abs(bin.mean_confidence - bin.share_right);
-    bin.mean_confidence /= static_cast<double>(bin.count);
-    bin.share_right /= static_cast<double>(bin.count);
-  }
-  if (result.count > 0) {
-    result.brier /= static_cast<double>(result.count);
-    result.calibration_error /= static_cast<double>(result.count);
-  }
-  return result;
-}
-
 void SaveHypothesisErrors(const std::string& path, std::span<const HypothesisError> hypotheses) {
   std::string text = "timestamp,confidence,position_error_m,rotation_error_deg\n";
   for (const HypothesisError& h : hypotheses)
     text += fmt::format("{:.6f},{:.4f},{:.6g},{:.4f}\n", h.error.timestamp, h.confidence,
                         h.error.position, h.error.rotation_deg);
   WriteTextFile(path, text);
-}
-
-std::vector<HypothesisError> LoadHypothesisErrors(const std::string& path) {
-  std::vector<HypothesisError> hypotheses;
-  for (const auto& row :
-       LoadColumns(path, {"timestamp", "confidence", "position_error_m", "rotation_error_deg"})) {
-    if (!(row[1] >= 0 && row[1] <= 1))
-      throw InputError(fmt::format("{}: confidence {}, allowed: 0 to 1", path, row[1]));
-    hypotheses.push_back({row[1], {row[0], row[2], row[3]}});
-  }
-  return hypotheses;
 }
 
 }  // namespace oaslam

@@ -66,24 +66,6 @@ RelocalizationFigures Summarize(const RelocalizationErrors& errors) {
   return figures;
 }
 
-RelocalizationErrors LoadRelocalizationErrors(const std::string& path) {
-  const std::string text = ReadTextFile(path);
-  const auto lines = SplitLines(text);
-  if (lines.empty() || Trim(lines[0]) != "frame,position_error_m,rotation_error_deg")
-    throw InputError(
-        fmt::format("{}:1: expected \"frame,position_error_m,rotation_error_deg\"", path));
-  RelocalizationErrors errors;
-  for (size_t i = 1; i < lines.size(); ++i) {
-    if (Trim(lines[i]).empty()) continue;
-    const auto fields = SplitCommas(lines[i]);
-    ++errors.frames;
-    if (fields.size() == 3 && fields[1].empty() && fields[2].empty()) continue;
-    errors.poses.push_back({NumberAt(fields, 0, path, i + 1), NumberAt(fields, 1, path, i + 1),
-                            NumberAt(fields, 2, path, i + 1)});
-  }
-  return errors;
-}
-
 std::vector<double> LoadFrameTimes(const std::string& path) {
   const std::string text = ReadTextFile(path);
   const auto lines = SplitLines(text);

@@ -41,9 +41,6 @@ RelocalizationFigures Summarize(const RelocalizationErrors& errors);
 // The share of frames within a distance (and kRecallMaxRotationDeg).
 double RecallAt(const RelocalizationErrors& errors, double distance);
 
-// "frame,position_error_m,rotation_error_deg" in each line, empty where relocalization failed.
-// Throws InputError.
-RelocalizationErrors LoadRelocalizationErrors(const std::string& path);
 // Time stamps of frames.csv (column "timestamp") or of a list "timestamp path". Throws InputError.
 std::vector<double> LoadFrameTimes(const std::string& path);
 

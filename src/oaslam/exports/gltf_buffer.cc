@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <limits>
 
+#include "oaslam/crypto/base64.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
-#include "oaslam/crypto/base64.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {

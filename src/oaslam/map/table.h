@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "oaslam/export.h"
-
 #include "oaslam/util/check.h"
 
 namespace oaslam {

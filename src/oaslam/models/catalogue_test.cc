@@ -9,9 +9,9 @@
 #include <string>
 
 #include "expect_input_error.h"
+#include "oaslam/crypto/sha256.h"
 #include "oaslam/detection/model_folders.h"
 #include "oaslam/models/download.h"
-#include "oaslam/crypto/sha256.h"
 
 namespace oaslam {
 namespace {

@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <memory>
 
+#include "oaslam/crypto/sha256.h"
 #include "oaslam/detection/model_folders.h"
 #include "oaslam/detection/onnx_info.h"
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/models/part_file.h"
-#include "oaslam/crypto/sha256.h"
 
 namespace oaslam {
 namespace {

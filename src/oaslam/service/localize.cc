@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "oaslam/crypto/base64.h"
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/service/received_image.h"
-#include "oaslam/crypto/base64.h"
 #include "oaslam/util/lower.h"
 #include "oaslam/util/stopwatch.h"
 

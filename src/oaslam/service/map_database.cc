@@ -8,13 +8,13 @@
 #include <span>
 #include <string_view>
 
+#include "oaslam/crypto/sha256.h"
 #include "oaslam/error.h"
 #include "oaslam/service/anchor_edit.h"
 #include "oaslam/service/database_watch.h"
 #include "oaslam/service/postgres.h"
 #include "oaslam/service/private_folder.h"
 #include "oaslam/util/check.h"
-#include "oaslam/crypto/sha256.h"
 
 namespace oaslam {
 namespace {

@@ -9,11 +9,11 @@
 #include <system_error>
 #include <vector>
 
+#include "oaslam/crypto/sha256.h"
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/printable.h"
-#include "oaslam/crypto/sha256.h"
 
 namespace oaslam {
 namespace {
