@@ -40,16 +40,16 @@ double UndoReadout(const SlamConfig& config, int camera, SavedMap& saved) {
   return found.readout_s;
 }
 
-// Converts the other pieces to the camera of the map, and undoes the rolling shutter in them.
+// Converts the other submaps to the camera of the map, and undoes the rolling shutter in them.
 void BringAlong(const SlamConfig& config, int camera, double readout_s, SavedMap& saved) {
   constexpr int kIterations = 20;  // at most: it begins near the optimum
-  for (Piece& piece : saved.pieces) {
-    piece.map = WithCamera(piece.map, camera, saved.map.cameras[static_cast<size_t>(camera)]);
+  for (Submap& submap : saved.submaps) {
+    submap.map = WithCamera(submap.map, camera, saved.map.cameras[static_cast<size_t>(camera)]);
     if (readout_s != 0)
-      piece.map = WithoutReadout(piece.map, piece.trajectory, readout_s, config.bundle);
+      submap.map = WithoutReadout(submap.map, submap.trajectory, readout_s, config.bundle);
     else
-      ApplyCorrection(GlobalBundleAdjustment(piece.map, kIterations, config.bundle), piece.map);
-    RefitMovedObjects(config.objects, piece.map);
+      ApplyCorrection(GlobalBundleAdjustment(submap.map, kIterations, config.bundle), submap.map);
+    RefitMovedObjects(config.objects, submap.map);
   }
 }
 

@@ -100,9 +100,9 @@ void AddFollowOption(CLI::App& app, CommonOptions& options) {
       ->check(CLI::Range(0.0, 1e6));
 }
 
-void AddPieceOption(CLI::App& app, int& piece) {
-  app.add_option("--piece", piece,
-                 "of a map in several pieces: which one, as `oaslam info` counts them; default 0, "
+void AddSubmapOption(CLI::App& app, int& submap) {
+  app.add_option("--submap", submap,
+                 "of a map in several submaps: which one, as `oaslam info` counts them; default 0, "
                  "the largest")
       ->type_name("N");
 }

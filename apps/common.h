@@ -36,7 +36,7 @@ void AddConfigOptions(CLI::App& app, CommonOptions& options);  // --config, --se
 void AddFrameOptions(CLI::App& app, CommonOptions& options);   // --from, --to, --fps, --time-unit
 void AddExifOption(CLI::App& app, CommonOptions& options);     // --exif-rotation
 void AddFollowOption(CLI::App& app, CommonOptions& options);   // --follow
-void AddPieceOption(CLI::App& app, int& piece);                // --piece, of a map file
+void AddSubmapOption(CLI::App& app, int& submap);              // --submap, of a map file
 void AddClassesOption(CLI::App& app, CommonOptions& options);
 // --relocalization. `mode` must hold the default.
 void AddRelocalizationOption(CLI::App& app, std::string& mode, const std::string& description);

@@ -19,7 +19,7 @@ struct ExportOptions {
   std::string map, format, out, recording;
   std::vector<std::string> images;
   bool ellipsoids = false;
-  int piece = 0;
+  int submap = 0;
 };
 
 bool IsFolderFormat(const std::string& format) {
@@ -53,7 +53,7 @@ OutputFolder Check(const ExportOptions& options, const SavedMap& saved) {
 }
 
 void Export(const ExportOptions& options) {
-  SavedMap saved = LoadPiece(options.map, options.piece);
+  SavedMap saved = LoadSubmap(options.map, options.submap);
   if (saved.map.keyframes.empty()) throw InputError(options.map + ": the map is empty");
   if (const auto chosen = ChosenRecording(options.recording, options.images, saved.recordings))
     saved = OfRecording(saved, *chosen);
@@ -84,7 +84,7 @@ void AddExportCommand(CLI::App& app) {
   auto* command = app.add_subcommand("export", "Write a map for other tools");
   const auto options = std::make_shared<ExportOptions>();
   command->add_option("--map", options->map, "map file")->required();
-  AddPieceOption(*command, options->piece);
+  AddSubmapOption(*command, options->submap);
   command->add_option("--format", options->format, "ply, gltf, colmap, nerfstudio or tum")
       ->required()
       ->check(CLI::IsMember({"ply", "gltf", "colmap", "nerfstudio", "tum"}));

@@ -22,7 +22,7 @@ const std::map<std::string, std::vector<std::string>>& OptionsOfGroups() {
   static const std::map<std::string, std::vector<std::string>> options = {
       {"Input",
        {"images", "dataset", "time-unit", "from", "to", "fps", "exif-rotation", "follow", "map",
-        "map-in", "maps", "piece", "imu", "gravity", "groundtruth", "trajectory"}},
+        "map-in", "maps", "submap", "imu", "gravity", "groundtruth", "trajectory"}},
       {"Camera", {"camera", "refine-camera", "rolling-shutter", "mask"}},
       {"Objects",
        {"detections", "detector", "detector-layout", "detector-size", "detector-min-score",

@@ -101,12 +101,12 @@ void PrintInfo(const std::string& given) {
   PrintPoints(saved.map);
   PrintRecordings(saved);
   PrintObjects(saved);
-  for (size_t i = 0; i < saved.pieces.size(); ++i)
+  for (size_t i = 0; i < saved.submaps.size(); ++i)
     fmt::print(
-        "piece {}      {} keyframes, {} landmarks, {} frames: not joined with the map, in a frame "
+        "submap {}      {} keyframes, {} landmarks, {} frames: not joined with the map, in a frame "
         "and unit of its own\n",
-        i + 1, saved.pieces[i].map.keyframes.size(), saved.pieces[i].map.landmarks.size(),
-        saved.pieces[i].trajectory.size());
+        i + 1, saved.submaps[i].map.keyframes.size(), saved.submaps[i].map.landmarks.size(),
+        saved.submaps[i].trajectory.size());
   fmt::print("unit         {}\n", saved.map.is_metric ? "metre" : "arbitrary");
   if (const auto& up = saved.map.up)
     fmt::print("up           {:.4f} {:.4f} {:.4f} ({})\n", up->x(), up->y(), up->z(),

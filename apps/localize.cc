@@ -44,7 +44,7 @@ struct LocalizeOptions {
   std::string map, images, camera, out, relocalization = "points+objects", mask;
   bool every_frame = false;
   int forget_every = 0;  // images; 0: never
-  int piece = 0;
+  int submap = 0;
 };
 
 // Writes poses.txt, candidates.txt and frames.csv (docs/formats.md).
@@ -171,12 +171,12 @@ void UseClassFile(const CommonOptions& options, Slam& slam) {
 }
 
 MapSnapshot MapOfOptions(const LocalizeOptions& options) {
-  return MapSnapshot::Load(options.map, options.piece);
+  return MapSnapshot::Load(options.map, options.submap);
 }
 
 // Makes the camera lost, so that the first image is relocalized.
 void BeginInMap(const LocalizeOptions& options, Slam& slam) {
-  slam.Load(options.map, options.piece);
+  slam.Load(options.map, options.submap);
   UseClassFile(options.common, slam);
 }
 
@@ -245,7 +245,7 @@ std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const cv::Ma
   FrameInputs inputs(SourcesOf(options, std::nullopt), SideInputsOf(options), options.common);
   Slam slam(config, inputs.camera());
   UseMask(options.mask, mask, slam, inputs.camera());
-  slam.Load(options.map, options.piece);
+  slam.Load(options.map, options.submap);
   RelocalizationResult best;
   int found = 0;
   for (int i = 0; i < kMaxImages && found < kEnough; ++i) {
@@ -385,7 +385,7 @@ void Localize(const LocalizeOptions& given) {
   const SlamConfig config = LoadConfiguration(options.common);
   TakeDataset(options.images, options.common,
               {&options.camera, options.every_frame ? nullptr : &options.side.imu});
-  const SavedMap saved = LoadPiece(options.map, options.piece);
+  const SavedMap saved = LoadSubmap(options.map, options.submap);
   const OutputFolder folder(options.out);
   LocalizeResults results(options.out);
   Failures failures;
@@ -401,7 +401,7 @@ void Localize(const LocalizeOptions& given) {
   if (!options.common.quiet) results.Print();
   if (options.plain.IsUsed() && results.has_poses() && !options.common.quiet)
     fmt::print("to look at it: oaslam view {} --map {}{}\n", options.out, options.map,
-               options.piece > 0 ? fmt::format(" --piece {}", options.piece) : "");
+               options.submap > 0 ? fmt::format(" --submap {}", options.submap) : "");
   EndIfInterrupted();
 }
 
@@ -412,7 +412,7 @@ void AddLocalizeCommand(CLI::App& app) {
       app.add_subcommand("localize", "Find images in a saved map, which stays as it is");
   const auto options = std::make_shared<LocalizeOptions>();
   command->add_option("--map", options->map, "map file")->required();
-  AddPieceOption(*command, options->piece);
+  AddSubmapOption(*command, options->submap);
   auto* images =
       command->add_option("--images", options->images,
                           "folder of a dataset or of images, list file, video, or camera "

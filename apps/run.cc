@@ -22,8 +22,8 @@
 #include "metric_scale.h"
 #include "oaslam/bundle/rolling_shutter.h"
 #include "oaslam/images/camera_source.h"
-#include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/objects/object_mapper.h"
+#include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/slam.h"
 #include "oaslam/util/url.h"
 #include "recording.h"
@@ -158,7 +158,7 @@ std::optional<CameraEstimate> RefineWholeMap(const RunOptions& options, const Sl
       return still;
     };
     refined.map = undo(refined.map, refined.trajectory);
-    for (Piece& piece : refined.pieces) piece.map = undo(piece.map, piece.trajectory);
+    for (Submap& submap : refined.submaps) submap.map = undo(submap.map, submap.trajectory);
   }
   std::optional<CameraEstimate> estimate =
       LastEstimate(first, config, !options.readout_ms, refined);
@@ -311,12 +311,12 @@ void Run(const RunOptions& given) {
     // Earlier frames belong to the map that the run began with.
     std::vector<StampedPose> trajectory = WorldPoses(saved.map, saved.trajectory, first_frame);
     failed.Add(ScaleToMetres(scale, saved, trajectory, written));
-    std::vector<std::vector<StampedPose>> pieces;
-    for (const Piece& piece_of_map : saved.pieces)
-      pieces.push_back(WorldPoses(piece_of_map.map, piece_of_map.trajectory, first_frame));
+    std::vector<std::vector<StampedPose>> submaps;
+    for (const Submap& submap : saved.submaps)
+      submaps.push_back(WorldPoses(submap.map, submap.trajectory, first_frame));
     size_t tracked = 0;
     failed.Try([&] {
-      tracked = written.Finish(saved, trajectory, pieces, groundtruth, Seconds() - start_s,
+      tracked = written.Finish(saved, trajectory, submaps, groundtruth, Seconds() - start_s,
                                Interrupted());
     });
     failed.Try([&] {

@@ -63,7 +63,7 @@ nlohmann::ordered_json CameraSummary(const Camera& camera,
   return summary;
 }
 
-nlohmann::ordered_json PieceSummary(const Map& map, const std::vector<StampedPose>& trajectory) {
+nlohmann::ordered_json SubmapSummary(const Map& map, const std::vector<StampedPose>& trajectory) {
   nlohmann::ordered_json summary;
   summary["images"] = trajectory.size();
   summary["keyframes"] = map.keyframes.size();
@@ -93,9 +93,9 @@ RunResults::RunResults(const std::string& folder, const SlamConfig& config)
 void RunResults::WriteFrames(const std::vector<StampedPose>& trajectory) const {
   std::string csv =
       "frame,timestamp,state,keypoints,matched,inliers,detections,objects,ms_total,ms_features,"
-      "ms_track,ms_objects,cpu_ms,filled,depth,piece,confidence,sigma_position,sigma_rotation_"
+      "ms_track,ms_objects,cpu_ms,filled,depth,submap,confidence,sigma_position,sigma_rotation_"
       "deg,uncertain\n";
-  std::map<WorldId, size_t> pieces;  // in the order in which they came
+  std::map<WorldId, size_t> submaps;  // in the order in which they came
   for (const auto& [index, r] : frames_) {
     const bool filled = !r.HasPose() && std::ranges::binary_search(trajectory, r.timestamp, {},
                                                                    &StampedPose::timestamp);
@@ -104,7 +104,7 @@ void RunResults::WriteFrames(const std::vector<StampedPose>& trajectory) const {
         "4g},{:.4g},{:d}\n",
         index, r.timestamp, ToString(r.state), r.keypoints, TextOf(r.matched), TextOf(r.inliers),
         r.detections, r.objects, r.ms_total, r.ms_features, r.ms_track, r.ms_objects, r.cpu_ms,
-        filled, r.depth, pieces.try_emplace(r.world, pieces.size()).first->second, r.confidence,
+        filled, r.depth, submaps.try_emplace(r.world, submaps.size()).first->second, r.confidence,
         SigmaOfPosition(r.covariance), SigmaOfRotation(r.covariance) / kDegree, r.is_uncertain);
   }
   WriteTextFile(folder_ + "/frames.csv", csv);
@@ -154,29 +154,29 @@ void RunResults::Scale(double factor) {
     if (r.world == world_) r.ScaleLengths(factor);
 }
 
-// Each piece has its own frame and unit.
-void RunResults::WritePieces(const std::vector<std::vector<StampedPose>>& pieces) const {
-  for (int i = 1; std::filesystem::remove(fmt::format("{}/piece_{}.txt", folder_, i)); ++i)
+// Each submap has its own frame and unit.
+void RunResults::WriteSubmaps(const std::vector<std::vector<StampedPose>>& submaps) const {
+  for (int i = 1; std::filesystem::remove(fmt::format("{}/submap_{}.txt", folder_, i)); ++i)
     ;  // removes files of an earlier run
-  for (size_t i = 0; i < pieces.size(); ++i)
-    SaveTrajectory(fmt::format("{}/piece_{}.txt", folder_, i + 1), pieces[i]);
+  for (size_t i = 0; i < submaps.size(); ++i)
+    SaveTrajectory(fmt::format("{}/submap_{}.txt", folder_, i + 1), submaps[i]);
 }
 
 size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>& trajectory,
-                          const std::vector<std::vector<StampedPose>>& pieces,
+                          const std::vector<std::vector<StampedPose>>& submaps,
                           const std::vector<StampedPose>& groundtruth, double wall_s,
                           bool interrupted) {
   std::vector<StampedPose> live;
   std::vector<double> ms;
   for (const auto& [index, r] : frames_) {
-    // Poses in the frame of another piece are left out.
+    // Poses in the frame of another submap are left out.
     if (const std::optional<Rigid3> pose = r.PoseIn(world_)) live.push_back({r.timestamp, *pose});
     ms.push_back(r.ms_total);
   }
   Failures failures;
   failures.Try([&] { WriteFrames(trajectory); });
   failures.Try([&] { WriteCamera(); });
-  failures.Try([&] { WritePieces(pieces); });
+  failures.Try([&] { WriteSubmaps(submaps); });
   failures.Try([&] { SaveTrajectory(folder_ + "/trajectory.txt", trajectory); });
   failures.Try([&] { SaveTrajectory(folder_ + "/trajectory_live.txt", live); });
   failures.Try([&] {
@@ -194,9 +194,9 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   summary["keyframes"] = saved.map.keyframes.size();
   summary["landmarks"] = saved.map.landmarks.size();
   summary["objects"] = saved.map.CountMappedObjects();
-  summary["pieces"] = nlohmann::ordered_json::array({PieceSummary(saved.map, trajectory)});
-  for (size_t i = 0; i < pieces.size(); ++i)
-    summary["pieces"].push_back(PieceSummary(saved.pieces[i].map, pieces[i]));
+  summary["submaps"] = nlohmann::ordered_json::array({SubmapSummary(saved.map, trajectory)});
+  for (size_t i = 0; i < submaps.size(); ++i)
+    summary["submaps"].push_back(SubmapSummary(saved.submaps[i].map, submaps[i]));
   summary["uncertain"] = std::ranges::count_if(frames_, [](const auto& entry) {
     return entry.second.HasPose() && entry.second.is_uncertain;
   });

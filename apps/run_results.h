@@ -44,15 +44,15 @@ class RunResults {
   // none.
   std::string Uncertain() const;
   // `interrupted`: the run ended early; its results are written nevertheless. Returns the number of
-  // frames with a final pose. `pieces`: the trajectories of those of `saved`.
+  // frames with a final pose. `submaps`: the trajectories of those of `saved`.
   size_t Finish(const SavedMap& saved, const std::vector<StampedPose>& trajectory,
-                const std::vector<std::vector<StampedPose>>& pieces,
+                const std::vector<std::vector<StampedPose>>& submaps,
                 const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted);
 
  private:
   void WriteFrames(const std::vector<StampedPose>& trajectory) const;
   void WriteCamera() const;
-  void WritePieces(const std::vector<std::vector<StampedPose>>& pieces) const;
+  void WriteSubmaps(const std::vector<std::vector<StampedPose>>& submaps) const;
 
   std::string folder_;
   SlamConfig config_;

@@ -35,7 +35,7 @@ struct ViewOptions {
   std::vector<std::string> images;
   std::vector<std::string> models;
   ServerOptions server{};
-  int piece = 0;
+  int submap = 0;
 };
 
 // The frames of a recording whose pictures are shown, by time in microseconds.
@@ -95,7 +95,7 @@ class EndSignal {
 // The map file whose anchors are edited. All its other content is kept.
 class AnchorFile {
  public:
-  AnchorFile(std::string path, int piece) : path_(std::move(path)), piece_(piece) {}
+  AnchorFile(std::string path, int submap) : path_(std::move(path)), submap_(submap) {}
 
   // Writes the anchors into the file, which is replaced as a whole, so that it is never half new.
   // The file is read for the first edit only. Throws InputError if the file no longer contains the
@@ -109,7 +109,7 @@ class AnchorFile {
     if (const auto problems = edited.map.CheckInvariants(); !problems.empty())
       throw InputError(
           fmt::format("{}: has changed since it was opened: {}", path_, problems.front()));
-    LeadWithPiece(path_, piece_, edited);
+    LeadWithSubmap(path_, submap_, edited);
     SaveMap(path_, edited);
     saved_->map.anchors = anchors;
     stamp_ = StampOfFile();
@@ -127,12 +127,12 @@ class AnchorFile {
     saved_.reset();
     stamp_ = StampOfFile();  // of the file that is read, or of an older one
     saved_ = LoadMap(path_);
-    LeadWithPiece(path_, piece_, *saved_);
+    LeadWithSubmap(path_, submap_, *saved_);
   }
 
   std::string path_;
-  int piece_;
-  std::optional<SavedMap> saved_;  // with the chosen piece as the map
+  int submap_;
+  std::optional<SavedMap> saved_;  // with the chosen submap as the map
   Stamp stamp_;
 };
 
@@ -199,7 +199,7 @@ void View(const ViewOptions& options) {
   std::error_code error;
   if (!std::filesystem::exists(options.path, error))
     throw InputError(fmt::format("{}: there is no such file or folder", options.path));
-  const SavedRun run = LoadSavedRun(options.path, options.map, options.piece);
+  const SavedRun run = LoadSavedRun(options.path, options.map, options.submap);
   const std::vector<StampedPose> groundtruth =
       options.groundtruth.empty() ? std::vector<StampedPose>{}
                                   : LoadGroundtruth(options.groundtruth, options.common);
@@ -238,7 +238,7 @@ void View(const ViewOptions& options) {
   std::jthread editor;
   if (!run.map_file.empty())
     editor = std::jthread([&](const std::stop_token& stop) {
-      Obey(AnchorFile(run.map_file, options.piece), run.saved.map, viewer, stop);
+      Obey(AnchorFile(run.map_file, options.submap), run.saved.map, viewer, stop);
     });
   fmt::print("{}\n", viewer.url());
   std::fflush(stdout);
@@ -261,7 +261,7 @@ void AddViewCommand(CLI::App& app) {
                    "map file, or folder that run, localize or map-objects wrote")
       ->required();
   command->add_option("--map", options->map, "map file that belongs to the folder");
-  AddPieceOption(*command, options->piece);
+  AddSubmapOption(*command, options->submap);
   command
       ->add_option("--images", options->images,
                    "images the map was made of: colours, pictures of keyframes and objects; "

@@ -189,7 +189,7 @@ TEST(MappingFailure, WhatIsSubmittedLaterIsDropped) {
     pipeline.Submit(nothing);
     EXPECT_EQ(pipeline.Newest()->version, 2U);
     EXPECT_FALSE(pipeline.failure());
-    // Violates an invariant: no two pieces share an id.
+    // Violates an invariant: no two submaps share an id.
     pipeline.Submit(
         {.edit = JoiningMap{std::make_shared<const Map>(MapOfKeyframes({3, 5})), Similarity()},
          .is_urgent = true});

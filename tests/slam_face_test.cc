@@ -296,7 +296,7 @@ TEST_F(SlamWithMap, BoxesOfAnImageThatIsTrackedMayBeFollowedToo) {
   }
 }
 
-// An application with content in coordinates of its own, which knows nothing of pieces of map: it
+// An application with content in coordinates of its own, which knows nothing of submaps: it
 // asks for the pose in the world in which it made the content.
 TEST_F(SlamWithMap, ANaiveApplicationDrawsNothingWrong) {
   Slam slam = MakeSlam();

@@ -11,8 +11,8 @@
 #include "desk_clip.h"
 #include "expect_input_error.h"
 #include "oaslam/camera_estimation.h"
-#include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/map_localizer.h"
+#include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/storage/map_file.h"
 
 namespace oaslam {
@@ -185,18 +185,18 @@ TEST_F(SlamWithMap, WithoutMappingAMapStaysAsItIs) {
   EXPECT_NE(PlacesOf(maps.Snapshot()), PlacesOf(before));
 }
 
-TEST_F(SlamWithMap, SavesThePieceThatIsBeingMade) {
+TEST_F(SlamWithMap, SavesTheSubmapThatIsBeingMade) {
   Slam slam = MakeSlam();
   slam.Load(Path());
   for (size_t i = 30; i < 120; ++i) EXPECT_FALSE(slam.Process(Mirrored(i)).HasPose()) << i;
   slam.Save(Path("growing.map"));
   const SavedMap saved = LoadMap(Path("growing.map"));
-  ASSERT_THAT(saved.pieces, SizeIs(1));
+  ASSERT_THAT(saved.submaps, SizeIs(1));
   EXPECT_EQ(saved.map.keyframes.size(), LoadMap(Path()).map.keyframes.size());
 
   Slam again = MakeSlam();
   again.Load(Path("growing.map"), 1);
-  EXPECT_EQ(again.Snapshot().Keyframes().size(), saved.pieces[0].map.keyframes.size());
+  EXPECT_EQ(again.Snapshot().Keyframes().size(), saved.submaps[0].map.keyframes.size());
   EXPECT_TRUE(again.Relocalize(Mirrored(105), kByPoints).world_from_cam);
   EXPECT_FALSE(again.Relocalize(WithoutDetections(105), kByPoints).world_from_cam);
 }

@@ -122,10 +122,10 @@ class OASLAM_API MapSnapshot {
   MapSnapshot();
   // For the library.
   explicit MapSnapshot(std::shared_ptr<const Content> content) : content_(std::move(content)) {}
-  // The map of a file, with all that is in it; `piece` as for Slam::Load. Throws InputError.
-  static MapSnapshot Load(const std::string& path, int piece = 0);
+  // The map of a file, with all that is in it; `submap` as for Slam::Load. Throws InputError.
+  static MapSnapshot Load(const std::string& path, int submap = 0);
   // Writes the map to a file, which is replaced as a whole, or not at all. A snapshot of a running
-  // Slam has no trajectory and one piece only: Slam::Save writes all. Throws InputError.
+  // Slam has no trajectory and one submap only: Slam::Save writes all. Throws InputError.
   void Save(const std::string& path) const;
 
   // In the order of ids.

@@ -95,7 +95,7 @@ class OASLAM_API Slam {
   // the last throws InputError. How long it waits for mapping depends on the mode. Sequential:
   // until this image is mapped. Lockstep: until the image `runner.lag` before this one is mapped.
   // Live: only where tracking depends on it, which is for the initial map, for a keyframe made
-  // because few landmarks are left in view, when a piece of map is begun, joined or left, and while
+  // because few landmarks are left in view, when a submap is begun, joined or left, and while
   // eight keyframes are queued.
   TrackingResult Process(const ImageInput& input);
 
@@ -150,10 +150,10 @@ class OASLAM_API Slam {
   void ForceRelocalization(const std::optional<Rigid3>& near = std::nullopt);
 
   // Scales the map to metres: a present unit is so many metres long. All results from then on are
-  // in metres, in a new world, and tracking continues. Other pieces of map become metric when they
-  // are joined with this one. This piece stays the main one from then on, however small it is, as a
-  // loaded one does. Waits until everything seen is in the map. Throws InputError for a number that
-  // is not finite and above 0, and while there is no map.
+  // in metres, in a new world, and tracking continues. Other submaps become metric when they
+  // are joined with this one. This submap stays the main one from then on, however small it is, as
+  // a loaded one does. Waits until everything seen is in the map. Throws InputError for a number
+  // that is not finite and above 0, and while there is no map.
   void SetMetresPerUnit(double metres);
 
   // Virtual content in the map, saved with it. It moves as the map moves: with bundle adjustment,
@@ -167,10 +167,10 @@ class OASLAM_API Slam {
   // Refused where there is no anchor of this name.
   AnchorReport RemoveAnchor(const std::string& name);
 
-  // The map that the last call worked with, without other pieces of map and without trajectory.
+  // The map that the last call worked with, without other submaps and without trajectory.
   // Does not wait for mapping.
   MapSnapshot Snapshot() const;
-  // The map as Save writes it: all pieces, and the trajectory so far. Waits as Save does.
+  // The map as Save writes it: all submaps, and the trajectory so far. Waits as Save does.
   MapSnapshot WholeMap() const;
 
   // The key points of the newest image, with the landmarks that agree with its pose; where its pose
@@ -188,7 +188,7 @@ class OASLAM_API Slam {
   SlamStates States() const;
 
   // The present poses of the frames given to Process, by time stamp: they move as the map is
-  // corrected. Frames in other pieces of map than the main one are missing until the pieces are
+  // corrected. Frames in other submaps than the main one are missing until the submaps are
   // joined.
   std::vector<StampedPose> Trajectory() const;
 
@@ -197,19 +197,19 @@ class OASLAM_API Slam {
 
   // Waits until everything seen is in the map, and optimises it a last time on the caller's thread,
   // which takes seconds for a room and minutes for a building. Process may be called again
-  // afterwards. Where a lost camera began several pieces of map, the largest one is the map from
+  // afterwards. Where a lost camera began several submaps, the largest one is the map from
   // now on: Snapshot().world() tells, and Trajectory is in it.
   void Finish();
-  // Writes all pieces of the map, and the trajectory so far; calling Finish before makes the map
+  // Writes all submaps, and the trajectory so far; calling Finish before makes the map
   // better. Waits until the keyframes made so far are in the map. The file is replaced as a whole,
   // or not at all. Throws InputError where it cannot be written.
   void Save(const std::string& path) const;
   // Replaces the map by that of a file; the next image is relocalized in it and may have any time
-  // stamp. The file's camera may differ from this one. `piece` selects one of several pieces (0:
+  // stamp. The file's camera may differ from this one. `submap` selects one of several submaps (0:
   // the main one when it was saved; then the others, largest first); the rest are joined with it
   // once images link them. The settings stay (SetMapping, SetRelocalizationMode). If it throws,
   // nothing has changed.
-  void Load(const std::string& path, int piece = 0);
+  void Load(const std::string& path, int submap = 0);
   // The same of a map that is in memory, which both share until one changes. The index of a
   // MapLocalizer's map is shared, too.
   void Load(const MapSnapshot& map);

@@ -24,7 +24,7 @@ struct TrackingResult {
   double timestamp = 0;
   TrackingState state = TrackingState::kLost;
   // The world of the map, in which the pose is. It changes where a lost camera goes on in another
-  // piece of map, which may be joined with the first once that is seen again (not while a map was
+  // submap, which may be joined with the first once that is seen again (not while a map was
   // loaded, has anchors or is in metres); and by SetMetresPerUnit, Load and Reset. Content in
   // coordinates of an application's own belongs to the world in which it was made; anchors
   // (PlaceAnchor) move with their map.

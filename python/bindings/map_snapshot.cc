@@ -107,11 +107,11 @@ void AddMap(py::module_& m) {
   snapshot.def(py::init(), doc::MapSnapshot_MapSnapshot)
       .def_static(
           "load",
-          [](const PathText& path, int piece) {
+          [](const PathText& path, int submap) {
             const WithoutPythonsLock without_gil;
-            return MapSnapshot::Load(path, piece);
+            return MapSnapshot::Load(path, submap);
           },
-          py::arg("path"), py::arg("piece") = 0, doc::MapSnapshot_Load)
+          py::arg("path"), py::arg("submap") = 0, doc::MapSnapshot_Load)
       .def(
           "save", [](const MapSnapshot& map, const PathText& path) { map.Save(path); },
           py::arg("path"), WithoutGil(), doc::MapSnapshot_Save)

@@ -156,15 +156,15 @@ void AddMapping(SlamClass& slam) {
           py::arg("path"), doc::Slam_Save)
       .def(
           "load",
-          [](ExclusiveSlam& self, const std::variant<MapSnapshot, PathText>& map, int piece) {
+          [](ExclusiveSlam& self, const std::variant<MapSnapshot, PathText>& map, int submap) {
             self.Use([&](Slam& s) {
               if (const auto* path = std::get_if<PathText>(&map))
-                s.Load(*path, piece);
+                s.Load(*path, submap);
               else
                 s.Load(std::get<MapSnapshot>(map));
             });
           },
-          py::arg("map"), py::arg("piece") = 0, doc::Slam_Load)
+          py::arg("map"), py::arg("submap") = 0, doc::Slam_Load)
       .def("reset", Method(&Slam::Reset), doc::Slam_Reset);
 }
 

@@ -277,7 +277,7 @@ class TestBadInput(harness.InFolder):
                 database.execute(statement)
             self.assert_map_refused(path, name, word)
         for command in (("export", "--format", "tum"), ("localize", "--detections", DETECTIONS)):
-            self.assert_refused(oaslam(*command, "--map", whole, "--out", self.out, "--piece", "7"), "whole.map", "piece 7", "0 to 0")
+            self.assert_refused(oaslam(*command, "--map", whole, "--out", self.out, "--submap", "7"), "whole.map", "submap 7", "0 to 0")
 
     # ---- output
 

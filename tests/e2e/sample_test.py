@@ -11,7 +11,7 @@ from harness import must_run, oaslam
 
 FILES = ["trajectory.txt", "trajectory_live.txt", "keyframes.txt", "objects.json", "frames.csv", "summary.json", "map.svg"]
 FRAME_COLUMNS = ("frame,timestamp,state,keypoints,matched,inliers,detections,objects,"
-                 "ms_total,ms_features,ms_track,ms_objects,cpu_ms,filled,depth,piece,confidence,sigma_position,sigma_rotation_deg,uncertain").split(",")
+                 "ms_total,ms_features,ms_track,ms_objects,cpu_ms,filled,depth,submap,confidence,sigma_position,sigma_rotation_deg,uncertain").split(",")
 STATES = {"initializing", "preliminary", "tracking", "odometry", "relocalized", "objects", "lost"}
 SUMMARY_KEYS = set("version seed mode frames tracked keyframes landmarks objects unit loops ms_median ms_mean ms_p95 cpu_s wall_s "
                    "peak_rss_mb mean_iou ate uncertain".split())

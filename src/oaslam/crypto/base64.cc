@@ -38,15 +38,15 @@ std::optional<std::string> DecodeBase64(std::string_view text) {
 }
 
 std::string EncodeBase64(std::string_view bytes) {
-  // In pieces of a multiple of three bytes, since EVP_EncodeBlock counts by int. It writes a zero
+  // In submaps of a multiple of three bytes, since EVP_EncodeBlock counts by int. It writes a zero
   // behind its text.
-  constexpr size_t kPiece = 3 << 20;
+  constexpr size_t kSubmap = 3 << 20;
   std::string text((bytes.size() + 2) / 3 * 4 + 1, '\0');
   size_t written = 0;
-  for (size_t at = 0; at < bytes.size(); at += kPiece) {
-    const std::string_view piece = bytes.substr(at, kPiece);
+  for (size_t at = 0; at < bytes.size(); at += kSubmap) {
+    const std::string_view submap = bytes.substr(at, kSubmap);
     written += static_cast<size_t>(
-        EVP_EncodeBlock(Bytes(text) + written, Bytes(piece), static_cast<int>(piece.size())));
+        EVP_EncodeBlock(Bytes(text) + written, Bytes(submap), static_cast<int>(submap.size())));
   }
   text.resize(written);
   return text;

@@ -6,7 +6,7 @@
 
 namespace oaslam {
 
-// For each kind, the first free id: no piece of map uses it or a larger one.
+// For each kind, the first free id: no submap uses it or a larger one.
 struct NextIds {
   uint32_t keyframe = 0, landmark = 0, object = 0;
 };

@@ -60,16 +60,16 @@ class Renumberer {
 
 }  // namespace
 
-Piece Renumbered(const Piece& piece, const NextIds& first) {
-  Renumbering numbers{.first = first, .cameras = piece.map.cameras};
+Submap Renumbered(const Submap& submap, const NextIds& first) {
+  Renumbering numbers{.first = first, .cameras = submap.map.cameras};
   for (int i = 0; i < std::ssize(numbers.cameras); ++i) numbers.camera_of.push_back(i);
-  return Renumbered(piece, numbers);
+  return Renumbered(submap, numbers);
 }
 
-Piece Renumbered(const Piece& piece, const Renumbering& numbers) {
+Submap Renumbered(const Submap& submap, const Renumbering& numbers) {
   const Renumberer renumber(numbers);
-  const Map& old = piece.map;
-  Piece result;
+  const Map& old = submap.map;
+  Submap result;
   Map& map = result.map;
   // What is not numbered is taken over; the tables are filled below.
   map.up = old.up;
@@ -97,7 +97,7 @@ Piece Renumbered(const Piece& piece, const Renumbering& numbers) {
     map.merged_objects.Insert(renumber.Of(id), renumber.Of(into));
   });
   for (const auto& [name, anchor] : old.anchors) map.anchors.emplace(name, renumber.Of(anchor));
-  for (const FramePose& pose : piece.trajectory) result.trajectory.push_back(renumber.Of(pose));
+  for (const FramePose& pose : submap.trajectory) result.trajectory.push_back(renumber.Of(pose));
   return result;
 }
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "oaslam/map/next_ids.h"
-#include "oaslam/map/piece.h"
+#include "oaslam/map/submap.h"
 
 namespace oaslam {
 
@@ -15,10 +15,10 @@ struct Renumbering {
   std::vector<int> camera_of{};  // the index in `cameras` of each camera of the old map
 };
 
-// The same piece with other ids: `first` is added to each.
-Piece Renumbered(const Piece& piece, const NextIds& first);
+// The same submap with other ids: `first` is added to each.
+Submap Renumbered(const Submap& submap, const NextIds& first);
 
-// The same piece with other numbers. Invalid ids stay invalid.
-Piece Renumbered(const Piece& piece, const Renumbering& numbers);
+// The same submap with other numbers. Invalid ids stay invalid.
+Submap Renumbered(const Submap& submap, const Renumbering& numbers);
 
 }  // namespace oaslam

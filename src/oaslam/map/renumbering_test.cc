@@ -12,9 +12,9 @@ namespace {
 using testing::IsEmpty;
 
 // A map with one of everything that has a number.
-Piece EverythingOnce() {
-  Piece piece{synthetic::MakeMap(synthetic::MakeWorld({.points = 200}), {}).map, {}};
-  Map& map = piece.map;
+Submap EverythingOnce() {
+  Submap submap{synthetic::MakeMap(synthetic::MakeWorld({.points = 200}), {}).map, {}};
+  Map& map = submap.map;
   Object cup;
   cup.category_id = 41;
   cup.state = ObjectState::kMapped;
@@ -35,9 +35,9 @@ Piece EverythingOnce() {
       .model = "tree", .size = 0.1, .keyframe = KeyframeId(0), .cam_from_anchor = {}, .object = {}};
   map.RetireKeyframe(KeyframeId(3));
   map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
-    piece.trajectory.push_back({k.frame_index, k.timestamp, id, {}});
+    submap.trajectory.push_back({k.frame_index, k.timestamp, id, {}});
   });
-  return piece;
+  return submap;
 }
 
 Renumbering Behind(const Map& map) {
@@ -47,10 +47,10 @@ Renumbering Behind(const Map& map) {
 }
 
 TEST(Renumbering, ShiftsEveryNumberAndNothingElse) {
-  const Piece old = EverythingOnce();
+  const Submap old = EverythingOnce();
   const Renumbering numbers = Behind(old.map);
-  const Piece piece = Renumbered(old, numbers);
-  const Map& map = piece.map;
+  const Submap submap = Renumbered(old, numbers);
+  const Map& map = submap.map;
   EXPECT_THAT(map.CheckInvariants(), IsEmpty());
   ASSERT_EQ(map.keyframes.size(), old.map.keyframes.size());
   ASSERT_EQ(map.landmarks.size(), old.map.landmarks.size());
@@ -70,12 +70,12 @@ TEST(Renumbering, ShiftsEveryNumberAndNothingElse) {
   EXPECT_EQ(map.ResolveObject(ObjectId(6 + numbers.first.object)), cup_id);
   EXPECT_EQ(map.anchors.at("on the cup").object, cup_id);
   EXPECT_FALSE(map.anchors.at("free").object.IsValid());
-  EXPECT_EQ(piece.trajectory[2].frame_index, 1020);
-  EXPECT_EQ(piece.trajectory[2].reference, second);
+  EXPECT_EQ(submap.trajectory[2].frame_index, 1020);
+  EXPECT_EQ(submap.trajectory[2].reference, second);
 }
 
 TEST(Renumbering, AMapCanBeJoinedWithItsCopy) {
-  const Piece old = EverythingOnce();
+  const Submap old = EverythingOnce();
   const Renumbering numbers = Behind(old.map);
   Map map = old.map;
   map.cameras = numbers.cameras;

@@ -62,7 +62,7 @@ class LoopDetector {
 };
 
 // Finds a keyframe among `others` that sees the same place as `current`. `others` belong to another
-// piece that was just joined: they share no landmarks with `current` yet, and their relative pose
+// submap that was just joined: they share no landmarks with `current` yet, and their relative pose
 // has small errors only.
 std::optional<LoopClosure> FindTie(const Map& map, KeyframeId current,
                                    const std::set<KeyframeId>& others, Rng& rng);

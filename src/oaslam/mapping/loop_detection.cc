@@ -107,7 +107,7 @@ bool IsBelieved(const Map& map, const LoopClosure& loop) {
   return !AreObjectsAgainst(objects);
 }
 
-// Whether the correction is as small as the error of joining pieces.
+// Whether the correction is as small as the error of joining submaps.
 bool IsSmall(const Map& map, const LoopClosure& tie) {
   constexpr double kMaxAngle = 0.3, kMaxScale = 1.3;
   return DistanceMoved(map, tie) < kMaxDistanceToDepth * map.MedianDepth(tie.old) &&

@@ -13,7 +13,7 @@
 
 namespace oaslam {
 
-// A piece of map to be joined with the mapper's map (JoinPiece).
+// A submap to be joined with the mapper's map (JoinSubmap).
 struct JoiningMap {
   std::shared_ptr<const Map> map;
   Similarity world_from_map;

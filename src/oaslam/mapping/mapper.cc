@@ -8,7 +8,7 @@
 #include "oaslam/mapping/keyframe_description.h"
 #include "oaslam/mapping/local_mapping.h"
 #include "oaslam/mapping/loop_closing.h"
-#include "oaslam/mapping/piece_joining.h"
+#include "oaslam/mapping/submap_joining.h"
 #include "oaslam/objects/moved_objects.h"
 #include "oaslam/objects/object_mapper.h"
 #include "oaslam/objects/upright.h"
@@ -52,9 +52,9 @@ bool Mapper::ApplyEdit(const MapCommand& command) {
 }
 
 bool Mapper::Join(const JoiningMap& joining, int frame_index) {
-  const bool is_tied = JoinPiece(*joining.map, joining.world_from_map, config_, rng_, map_);
+  const bool is_tied = JoinSubmap(*joining.map, joining.world_from_map, config_, rng_, map_);
   unsettled_keyframes_ = undescribed_keyframes_ = map_.keyframes.Ids();
-  // A background adjustment that began before the piece came would not move its keyframes.
+  // A background adjustment that began before the submap came would not move its keyframes.
   const bool is_outdated = IsLive() && background_bundle_;
   if (is_tied || is_outdated) AdjustInBackground(frame_index);
   return true;

@@ -103,9 +103,9 @@ MapSnapshot::MapSnapshot()
     : content_(std::make_shared<const Content>(
           Content{std::make_shared<const Map>(), std::make_shared<const ClassNames>()})) {}
 
-MapSnapshot MapSnapshot::Load(const std::string& path, int piece) {
+MapSnapshot MapSnapshot::Load(const std::string& path, int submap) {
   SavedMap saved = LoadMap(path);
-  LeadWithPiece(path, piece, saved);
+  LeadWithSubmap(path, submap, saved);
   return SnapshotOf(std::move(saved), NewWorld(), 1);
 }
 

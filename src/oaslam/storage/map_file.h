@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "oaslam/class_names.h"
-#include "oaslam/map/piece.h"
+#include "oaslam/map/submap.h"
 #include "oaslam/storage/recordings.h"
 #include "oaslam/trajectory_file.h"
 
@@ -16,13 +16,13 @@ struct SavedMap {
   Map map;
   std::vector<FramePose> trajectory;
   ClassNames class_names;  // at least those of the categories of its objects
-  // Pieces that could not be joined with the map, largest first; no two of them, nor the map, share
-  // an id.
-  std::vector<Piece> pieces{};
-  MapRecordings recordings{};  // of the map and its pieces
+  // Submaps that could not be joined with the map, largest first; no two of them, nor the map,
+  // share an id.
+  std::vector<Submap> submaps{};
+  MapRecordings recordings{};  // of the map and its submaps
 };
 
-// The number of frames that the map, its pieces and their trajectories refer to: one more than the
+// The number of frames that the map, its submaps and their trajectories refer to: one more than the
 // largest frame index.
 int FramesOf(const SavedMap& saved);
 
@@ -50,10 +50,10 @@ bool IsMapFile(const std::string& path);
 // and the map's invariants. Recordings of files that do not name them are those of
 // RecordingsByTime. Throws InputError.
 SavedMap LoadMap(const std::string& path);
-// Exchanges the map with one of the pieces: 0 is the map itself, the others are counted from 1.
-// Throws InputError naming `path` where there is no such piece.
-void LeadWithPiece(const std::string& path, int piece, SavedMap& saved);
-// Loads a map file (MapFileAt), with the chosen piece as the map and without the others.
-SavedMap LoadPiece(const std::string& path, int piece);
+// Exchanges the map with one of the submaps: 0 is the map itself, the others are counted from 1.
+// Throws InputError naming `path` where there is no such submap.
+void LeadWithSubmap(const std::string& path, int submap, SavedMap& saved);
+// Loads a map file (MapFileAt), with the chosen submap as the map and without the others.
+SavedMap LoadSubmap(const std::string& path, int submap);
 
 }  // namespace oaslam

@@ -25,7 +25,7 @@ namespace {
 
 // The name of a part in messages.
 std::string NameOf(const MapPart& part) {
-  if (part.name == "pieces") return fmt::format("piece {}", part.ids.first);
+  if (part.name == "pieces") return fmt::format("submap {}", part.ids.first);
   std::string name = part.name;
   std::ranges::replace(name, '_', ' ');
   return part.name == "keyframes" || part.name == "landmarks"
@@ -52,7 +52,7 @@ void CheckKind(SQLite::Database& database) {
                     version > kMapFormatVersion ? ": use a newer oaslam" : ""));
 }
 
-// No two pieces may share an id, so that they can be joined.
+// No two submaps may share an id, so that they can be joined.
 template <typename Id, typename A, typename B>
 bool Overlap(const Table<Id, A>& a, const Table<Id, B>& b) {
   bool overlap = false;
@@ -67,17 +67,17 @@ bool Overlap(const Map& a, const Map& b) {
          Overlap(a.merged_objects, b.merged_objects);
 }
 
-void CheckPieces(const SavedMap& saved) {
-  for (size_t i = 0; i < saved.pieces.size(); ++i) {
-    const Map& piece = saved.pieces[i].map;
-    if (piece.cameras != saved.map.cameras && !piece.keyframes.empty())
+void CheckSubmaps(const SavedMap& saved) {
+  for (size_t i = 0; i < saved.submaps.size(); ++i) {
+    const Map& submap = saved.submaps[i].map;
+    if (submap.cameras != saved.map.cameras && !submap.keyframes.empty())
       throw SQLite::Exception(
-          fmt::format("is damaged: piece {} has other cameras than the map", i + 1));
-    bool overlaps = Overlap(saved.map, piece);
-    for (size_t k = 0; k < i; ++k) overlaps = overlaps || Overlap(saved.pieces[k].map, piece);
+          fmt::format("is damaged: submap {} has other cameras than the map", i + 1));
+    bool overlaps = Overlap(saved.map, submap);
+    for (size_t k = 0; k < i; ++k) overlaps = overlaps || Overlap(saved.submaps[k].map, submap);
     if (overlaps)
       throw SQLite::Exception(
-          fmt::format("is damaged: piece {} shares ids with another piece", i + 1));
+          fmt::format("is damaged: submap {} shares ids with another submap", i + 1));
   }
 }
 
@@ -96,15 +96,15 @@ SQLite::Database InMemory(std::span<const std::byte> content) {
 
 SavedMap ReadContent(std::span<SQLite::Database> connections, const Choice& is_wanted);
 
-void ReadPieces(SQLite::Database& database, Checksum& checksum, IdRange numbers, SavedMap& saved) {
+void ReadSubmaps(SQLite::Database& database, Checksum& checksum, IdRange numbers, SavedMap& saved) {
   RowReader rows(database, checksum, "pieces", "number",
                  fmt::format("number BETWEEN {} AND {}", numbers.first, numbers.last));
   while (rows.Next()) {
     rows.Int(1);  // the number
     SQLite::Database content = InMemory(rows.BlobOfAnySize());
-    SavedMap piece = ReadContent({&content, 1}, [](const MapPart&) { return true; });
-    if (!piece.pieces.empty()) throw SQLite::Exception("is damaged: has pieces itself");
-    saved.pieces.push_back({std::move(piece.map), std::move(piece.trajectory)});
+    SavedMap submap = ReadContent({&content, 1}, [](const MapPart&) { return true; });
+    if (!submap.submaps.empty()) throw SQLite::Exception("is damaged: has submaps itself");
+    saved.submaps.push_back({std::move(submap.map), std::move(submap.trajectory)});
   }
 }
 
@@ -161,14 +161,14 @@ void ReadPart(SQLite::Database& database, const MapPart& part, SavedMap& saved) 
   } else if (part.name == "anchors") {
     ReadAnchors(database, checksum, saved.map);
   } else if (part.name == "pieces") {
-    ReadPieces(database, checksum, part.ids, saved);
+    ReadSubmaps(database, checksum, part.ids, saved);
   } else {
     throw SQLite::Exception("is not known");
   }
   CheckSum(checksum, part.checksum);
 }
 
-// Moves what a part holds to the rest of the map, except for pieces.
+// Moves what a part holds to the rest of the map, except for submaps.
 void Add(SavedMap&& part, SavedMap& saved) {
   saved.map.keyframes.Take(std::move(part.map.keyframes));
   saved.map.retired.Take(std::move(part.map.retired));
@@ -218,7 +218,7 @@ SavedMap ReadParts(std::span<SQLite::Database> connections, const Choice& is_wan
   std::erase_if(parts,
                 [&](const MapPart& part) { return !is_wanted(part) && part.name != "pieces"; });
   std::vector<std::string> problems(parts.size());
-  std::map<uint32_t, Piece> pieces;  // empty where not wanted
+  std::map<uint32_t, Submap> submaps;  // empty where not wanted
   std::mutex mutex;
   ForEachIndex(connections, parts.size(), [&](SQLite::Database& connection, size_t i) {
     const MapPart& part = parts[i];
@@ -231,7 +231,8 @@ SavedMap ReadParts(std::span<SQLite::Database> connections, const Choice& is_wan
     }
     const std::scoped_lock lock(mutex);
     if (part.name == "pieces")
-      pieces[part.ids.first] = content.pieces.empty() ? Piece() : std::move(content.pieces.front());
+      submaps[part.ids.first] =
+          content.submaps.empty() ? Submap() : std::move(content.submaps.front());
     Add(std::move(content), saved);
   });
   std::erase(problems, std::string());
@@ -244,7 +245,7 @@ SavedMap ReadParts(std::span<SQLite::Database> connections, const Choice& is_wan
   if (damaged > 0)
     throw SQLite::Exception(fmt::format("is damaged in {} of its {} parts: {}", damaged,
                                         parts.size(), fmt::join(problems, "; ")));
-  for (auto& [number, piece] : pieces) saved.pieces.push_back(std::move(piece));
+  for (auto& [number, submap] : submaps) saved.submaps.push_back(std::move(submap));
   return saved;
 }
 
@@ -254,7 +255,7 @@ SavedMap ReadContent(std::span<SQLite::Database> connections, const Choice& is_w
   CheckKind(database);
   SavedMap saved = ReadParts(connections, is_wanted);
   LinkKeyframes(saved.map);
-  CheckPieces(saved);
+  CheckSubmaps(saved);
   if (const auto problems = saved.map.CheckInvariants(); !problems.empty())
     throw SQLite::Exception("is damaged: " + problems.front());
   return saved;
@@ -300,14 +301,14 @@ SavedMap LoadMap(const std::string& path) {
   return Load(path, [](const MapPart&) { return true; });
 }
 
-SavedMap LoadPiece(const std::string& path, int piece) {
+SavedMap LoadSubmap(const std::string& path, int submap) {
   SavedMap saved = Load(path, [&](const MapPart& part) {
-    if (part.name == "pieces") return static_cast<int>(part.ids.first) == piece;
-    return piece == 0 || part.name == "cameras" || part.name == "class_names" ||
+    if (part.name == "pieces") return static_cast<int>(part.ids.first) == submap;
+    return submap == 0 || part.name == "cameras" || part.name == "class_names" ||
            part.name == "recordings";
   });
-  LeadWithPiece(path, piece, saved);
-  saved.pieces.clear();
+  LeadWithSubmap(path, submap, saved);
+  saved.submaps.clear();
   return saved;
 }
 

@@ -178,15 +178,15 @@ void WriteClassNames(SQLite::Database& database, Checksum& checksum, const Class
 
 void WriteContent(const SavedMap& saved, SQLite::Database& database);
 
-// A piece is stored as a map file of its own.
-void WritePiece(SQLite::Database& database, Checksum& checksum, uint32_t number,
-                const Piece& piece) {
+// A submap is stored as a map file of its own.
+void WriteSubmap(SQLite::Database& database, Checksum& checksum, uint32_t number,
+                 const Submap& submap) {
   SQLite::Database in_memory(":memory:", SQLite::OPEN_READWRITE | SQLite::OPEN_NOMUTEX);
-  WriteContent({piece.map, piece.trajectory, {}}, in_memory);
+  WriteContent({submap.map, submap.trajectory, {}}, in_memory);
   sqlite3_int64 size = 0;
   const std::unique_ptr<unsigned char, decltype(&sqlite3_free)> content(
       sqlite3_serialize(in_memory.getHandle(), "main", &size, 0), &sqlite3_free);
-  if (!content) throw SQLite::Exception("a piece is too large for the memory");
+  if (!content) throw SQLite::Exception("a submap is too large for the memory");
   RowWriter rows(database, checksum, "pieces", 2);
   rows.Write(number, BytesOf(content.get(), static_cast<size_t>(size)));
 }
@@ -228,9 +228,9 @@ std::vector<MapPart> WriteParts(const SavedMap& saved, SQLite::Database& databas
   add("class_names", {},
       [&](Checksum& checksum) { WriteClassNames(database, checksum, saved.class_names); });
   add("anchors", {}, [&](Checksum& checksum) { WriteAnchors(database, checksum, map); });
-  for (uint32_t number = 1; number <= saved.pieces.size(); ++number)
+  for (uint32_t number = 1; number <= saved.submaps.size(); ++number)
     add("pieces", {number, number}, [&](Checksum& checksum) {
-      WritePiece(database, checksum, number, saved.pieces[number - 1]);
+      WriteSubmap(database, checksum, number, saved.submaps[number - 1]);
     });
   return parts;
 }
@@ -280,7 +280,7 @@ void AddProblems(const Map& map, const std::vector<FramePose>& trajectory,
 std::vector<std::string> ProblemsOf(const SavedMap& saved) {
   std::vector<std::string> problems;
   AddProblems(saved.map, saved.trajectory, problems);
-  for (const Piece& piece : saved.pieces) AddProblems(piece.map, piece.trajectory, problems);
+  for (const Submap& submap : saved.submaps) AddProblems(submap.map, submap.trajectory, problems);
   return problems;
 }
 
@@ -291,7 +291,7 @@ void Repair(Map& map, std::vector<FramePose>& trajectory) {
 
 SavedMap WithoutProblems(SavedMap saved) {
   Repair(saved.map, saved.trajectory);
-  for (Piece& piece : saved.pieces) Repair(piece.map, piece.trajectory);
+  for (Submap& submap : saved.submaps) Repair(submap.map, submap.trajectory);
   return saved;
 }
 

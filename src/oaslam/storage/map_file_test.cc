@@ -52,23 +52,23 @@ TEST(MapFile, KeepsWhatIsKnownOfTheClasses) {
 }
 
 // A map whose ids are all much larger than those of MakeMap.
-Piece PieceOf(const SavedMap& saved, uint32_t first_id) {
-  Piece piece;
-  piece.map.cameras = saved.map.cameras;
-  piece.map.version = 3;
-  piece.map.next_landmark = first_id;
+Submap SubmapOf(const SavedMap& saved, uint32_t first_id) {
+  Submap submap;
+  submap.map.cameras = saved.map.cameras;
+  submap.map.version = 3;
+  submap.map.next_landmark = first_id;
   saved.map.keyframes.ForEach([&](KeyframeId id, Keyframe keyframe) {
     keyframe.covisible.clear();
     std::ranges::fill(keyframe.landmarks, LandmarkId());
-    piece.map.keyframes.Insert(KeyframeId(id.value + first_id), std::move(keyframe));
+    submap.map.keyframes.Insert(KeyframeId(id.value + first_id), std::move(keyframe));
   });
-  const std::vector<KeyframeId> ids = piece.map.keyframes.Ids();
-  const LandmarkId landmark = piece.map.AddLandmark({1, 2, 3}, ids[0]);
-  piece.map.AddObservation(landmark, ids[0], 3);
-  piece.map.AddObservation(landmark, ids[1], 5);
-  piece.map.UpdateLandmark(landmark);
-  piece.trajectory.push_back({700, 23.5, ids[0], {}, TrackingState::kTracking});
-  return piece;
+  const std::vector<KeyframeId> ids = submap.map.keyframes.Ids();
+  const LandmarkId landmark = submap.map.AddLandmark({1, 2, 3}, ids[0]);
+  submap.map.AddObservation(landmark, ids[0], 3);
+  submap.map.AddObservation(landmark, ids[1], 5);
+  submap.map.UpdateLandmark(landmark);
+  submap.trajectory.push_back({700, 23.5, ids[0], {}, TrackingState::kTracking});
+  return submap;
 }
 
 // A map file as format 8 was: without the table of recordings, and its part in the list.
@@ -90,41 +90,41 @@ void SaveFormat8(const std::string& path, const SavedMap& saved) {
   file.exec("UPDATE meta SET value = '" + checksum.Hex() + "' WHERE key = 'checksum'");
 }
 
-TEST(MapFile, KeepsPieces) {
+TEST(MapFile, KeepsSubmaps) {
   const TempFolder folder;
   SavedMap saved = MakeMap();
-  saved.pieces = {PieceOf(saved, 10000), PieceOf(saved, 20000)};
+  saved.submaps = {SubmapOf(saved, 10000), SubmapOf(saved, 20000)};
   SaveMap(folder / "a.map", saved);
   const SavedMap loaded = LoadMap(folder / "a.map");
-  ASSERT_EQ(loaded.pieces.size(), 2u);
+  ASSERT_EQ(loaded.submaps.size(), 2u);
   for (size_t i = 0; i < 2; ++i) {
-    EXPECT_EQ(loaded.pieces[i].map.keyframes.Ids(), saved.pieces[i].map.keyframes.Ids());
-    EXPECT_EQ(loaded.pieces[i].map.landmarks.Ids(), saved.pieces[i].map.landmarks.Ids());
-    EXPECT_EQ(loaded.pieces[i].map.cameras, saved.map.cameras);
-    EXPECT_EQ(loaded.pieces[i].trajectory.front().frame_index, 700);
+    EXPECT_EQ(loaded.submaps[i].map.keyframes.Ids(), saved.submaps[i].map.keyframes.Ids());
+    EXPECT_EQ(loaded.submaps[i].map.landmarks.Ids(), saved.submaps[i].map.landmarks.Ids());
+    EXPECT_EQ(loaded.submaps[i].map.cameras, saved.map.cameras);
+    EXPECT_EQ(loaded.submaps[i].trajectory.front().frame_index, 700);
   }
   SaveMap(folder / "b.map", loaded);
   EXPECT_TRUE(folder.Read("a.map") == folder.Read("b.map"));
 
-  const SavedMap second = LoadPiece(folder / "a.map", 2);
-  EXPECT_EQ(second.map.keyframes.Ids(), saved.pieces[1].map.keyframes.Ids());
+  const SavedMap second = LoadSubmap(folder / "a.map", 2);
+  EXPECT_EQ(second.map.keyframes.Ids(), saved.submaps[1].map.keyframes.Ids());
   EXPECT_EQ(second.class_names, saved.class_names);
-  EXPECT_THAT(second.pieces, IsEmpty());
-  EXPECT_THAT(InputErrorOf([&] { LoadPiece(folder / "a.map", 3); }),
-              AllOf(HasSubstr("a.map"), HasSubstr("no piece 3"), HasSubstr("0 to 2")));
+  EXPECT_THAT(second.submaps, IsEmpty());
+  EXPECT_THAT(InputErrorOf([&] { LoadSubmap(folder / "a.map", 3); }),
+              AllOf(HasSubstr("a.map"), HasSubstr("no submap 3"), HasSubstr("0 to 2")));
 
   SQLite::Database(folder / "a.map", SQLite::OPEN_READWRITE)
       .exec("UPDATE pieces SET map = zeroblob(100) WHERE number = 2");
-  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }), HasSubstr("piece 2"));
+  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }), HasSubstr("submap 2"));
 }
 
-TEST(MapFile, RefusesPiecesThatShareIds) {
+TEST(MapFile, RefusesSubmapsThatShareIds) {
   const TempFolder folder;
   SavedMap saved = MakeMap();
-  saved.pieces = {PieceOf(saved, 10000), PieceOf(saved, 10000)};
+  saved.submaps = {SubmapOf(saved, 10000), SubmapOf(saved, 10000)};
   SaveMap(folder / "a.map", saved);
   EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }),
-              AllOf(HasSubstr("a.map"), HasSubstr("piece 2 shares ids")));
+              AllOf(HasSubstr("a.map"), HasSubstr("submap 2 shares ids")));
 }
 
 TEST(MapFile, KeepsAnchors) {
@@ -158,11 +158,11 @@ TEST(MapFile, KeepsAnchors) {
 TEST(MapFile, KeepsRecordings) {
   const TempFolder folder;
   SavedMap saved = MakeMap();
-  saved.pieces = {PieceOf(saved, 10000)};
+  saved.submaps = {SubmapOf(saved, 10000)};
   saved.recordings = {{"walk", "/films/walk.mp4", 0}, {"", "", 3}};
   SaveMap(folder / "a.map", saved);
   EXPECT_EQ(LoadMap(folder / "a.map").recordings, saved.recordings);
-  EXPECT_EQ(LoadPiece(folder / "a.map", 1).recordings, saved.recordings);
+  EXPECT_EQ(LoadSubmap(folder / "a.map", 1).recordings, saved.recordings);
   const auto refusal = [&](const std::string& change) {
     SaveMap(folder / "b.map", saved);
     SQLite::Database(folder / "b.map", SQLite::OPEN_READWRITE)
@@ -305,7 +305,7 @@ TEST(MapFile, AFolderIsTheMapInIt) {
   SaveMap(folder / "map.oaslam", MakeMap());
   EXPECT_EQ(MapFileAt(folder.path()), folder / "map.oaslam");
   EXPECT_FALSE(LoadMap(folder.path()).map.keyframes.empty());
-  EXPECT_FALSE(LoadPiece(folder.path(), 0).map.keyframes.empty());
+  EXPECT_FALSE(LoadSubmap(folder.path(), 0).map.keyframes.empty());
   EXPECT_EQ(MapFileAt(folder / "map.oaslam"), folder / "map.oaslam");
 }
 
@@ -433,12 +433,12 @@ TEST(MapFile, FlippedBytesNeverChangeTheMap) {
 TEST(MapFile, SavesWhatIsSoundOfABrokenMap) {
   const TempFolder folder;
   SavedMap saved = MakeMap();
-  saved.pieces = {PieceOf(saved, 10000)};
+  saved.submaps = {SubmapOf(saved, 10000)};
   const size_t landmarks = saved.map.landmarks.size(), poses = saved.trajectory.size();
   const LandmarkId broken = saved.map.landmarks.Ids().front();
   saved.map.landmarks.MutableAt(broken).observations.resize(1);
-  Map& piece = saved.pieces[0].map;
-  piece.keyframes.MutableAt(piece.keyframes.Ids().back()).cam_from_world.translation.x() =
+  Map& submap = saved.submaps[0].map;
+  submap.keyframes.MutableAt(submap.keyframes.Ids().back()).cam_from_world.translation.x() =
       std::numeric_limits<double>::quiet_NaN();
   saved.trajectory[3].cam_from_reference.rotation.w() = std::numeric_limits<double>::infinity();
   std::vector<std::string> told;
@@ -452,8 +452,8 @@ TEST(MapFile, SavesWhatIsSoundOfABrokenMap) {
   EXPECT_EQ(loaded.map.keyframes.Ids(), saved.map.keyframes.Ids());
   EXPECT_EQ(loaded.map.landmarks.size(), landmarks - 1);
   EXPECT_EQ(loaded.trajectory.size(), poses - 1);
-  ASSERT_EQ(loaded.pieces.size(), 1U);
-  EXPECT_EQ(loaded.pieces[0].map.keyframes.size(), piece.keyframes.size() - 1);
+  ASSERT_EQ(loaded.submaps.size(), 1U);
+  EXPECT_EQ(loaded.submaps[0].map.keyframes.size(), submap.keyframes.size() - 1);
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ struct IdRange {
 // A part of a map file: a row of the table `parts`. Its checksum is over the rows of its tables.
 struct MapPart {
   std::string name;
-  IdRange ids;  // of keyframes or landmarks, the number of a piece, or all
+  IdRange ids;  // of keyframes or landmarks, the number of a submap, or all
   std::string checksum;
 };
 

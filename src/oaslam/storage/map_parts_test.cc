@@ -33,7 +33,7 @@ std::string BytesOf(const Descriptor& descriptor) {
   return {reinterpret_cast<const char*>(descriptor.data()), sizeof descriptor};
 }
 
-// The file with a bit changed in the first place that has these bytes; pieces come last.
+// The file with a bit changed in the first place that has these bytes; submaps come last.
 std::string WithBitFlippedIn(std::string file, const std::string& bytes) {
   const size_t place = file.find(bytes);
   if (place == std::string::npos) throw std::logic_error("no such bytes in the file");
@@ -41,7 +41,7 @@ std::string WithBitFlippedIn(std::string file, const std::string& bytes) {
   return file;
 }
 
-// A map of three parts of keyframes and two of landmarks, with an anchor and a piece.
+// A map of three parts of keyframes and two of landmarks, with an anchor and a submap.
 class MapPartsTest : public testing::Test {
  protected:
   MapPartsTest() {
@@ -51,7 +51,7 @@ class MapPartsTest : public testing::Test {
     anchor.size = 0.12345;
     anchor.keyframe = saved_.map.keyframes.Ids().front();
     const SavedMap other = RandomMap({}, rng);
-    saved_.pieces.push_back(
+    saved_.submaps.push_back(
         Renumbered({other.map, other.trajectory}, {.first = NextIdsOf(saved_.map),
                                                    .first_frame = FramesOf(saved_),
                                                    .cameras = saved_.map.cameras,
@@ -100,7 +100,7 @@ TEST_F(MapPartsTest, AllPartsAreRead) {
 TEST_F(MapPartsTest, AFlippedBitIsToldWithItsPart) {
   const size_t keyframes = saved_.map.keyframes.size(), landmarks = saved_.map.landmarks.size();
   const Object& object = saved_.map.objects.At(saved_.map.objects.Ids().back());
-  const Map& piece = saved_.pieces[0].map;
+  const Map& submap = saved_.submaps[0].map;
   const std::vector<std::pair<std::string, std::string>> places = {
       {StoredNumber(saved_.map.cameras[0].fx), "cameras: "},
       {StoredNumber(KeyframeAt(3).cam_from_world.translation.x()), KeyframesOfPart(0, 63)},
@@ -117,8 +117,8 @@ TEST_F(MapPartsTest, AFlippedBitIsToldWithItsPart) {
       {StoredNumber(saved_.trajectory[7].cam_from_reference.translation.x()), "trajectory: "},
       {"chair", "class names: "},
       {StoredNumber(0.12345), "anchors: "},
-      {StoredNumber(piece.landmarks.At(piece.landmarks.First()).position.x()),
-       "piece 1: is damaged in 1 of its"},
+      {StoredNumber(submap.landmarks.At(submap.landmarks.First()).position.x()),
+       "submap 1: is damaged in 1 of its"},
       {StoredNumber(saved_.map.up->x()), "list of its parts: "}};
   for (const auto& [bytes, part] : places) {
     const std::string error = ErrorWith(WithBitFlippedIn(content_, bytes));
@@ -138,19 +138,19 @@ TEST_F(MapPartsTest, AllDamagedPartsAreToldTogether) {
                     HasSubstr(LandmarksOfPart(4096, saved_.map.landmarks.size() - 1))));
 }
 
-TEST_F(MapPartsTest, APieceIsReadWithoutTheOthers) {
-  const Map& piece = saved_.pieces[0].map;
+TEST_F(MapPartsTest, ASubmapIsReadWithoutTheOthers) {
+  const Map& submap = saved_.submaps[0].map;
   folder_.Write(
       "a.map",
       WithBitFlippedIn(content_,
-                       StoredNumber(piece.landmarks.At(piece.landmarks.First()).position.x())));
-  EXPECT_EQ(LoadPiece(Path(), 0).map.landmarks.size(), saved_.map.landmarks.size());
-  EXPECT_THAT(InputErrorOf([&] { LoadPiece(Path(), 1); }), HasSubstr("piece 1"));
+                       StoredNumber(submap.landmarks.At(submap.landmarks.First()).position.x())));
+  EXPECT_EQ(LoadSubmap(Path(), 0).map.landmarks.size(), saved_.map.landmarks.size());
+  EXPECT_THAT(InputErrorOf([&] { LoadSubmap(Path(), 1); }), HasSubstr("submap 1"));
   folder_.Write("a.map", WithBitFlippedIn(content_, StoredNumber(LandmarkAt(10).position.x())));
-  const SavedMap loaded = LoadPiece(Path(), 1);
-  EXPECT_EQ(loaded.map.landmarks.size(), piece.landmarks.size());
+  const SavedMap loaded = LoadSubmap(Path(), 1);
+  EXPECT_EQ(loaded.map.landmarks.size(), submap.landmarks.size());
   EXPECT_EQ(loaded.class_names, saved_.class_names);
-  EXPECT_THAT(InputErrorOf([&] { LoadPiece(Path(), 0); }), HasSubstr(LandmarksOfPart(0, 4095)));
+  EXPECT_THAT(InputErrorOf([&] { LoadSubmap(Path(), 0); }), HasSubstr(LandmarksOfPart(0, 4095)));
 }
 
 // Rows that are there, or not, contrary to the list of parts.

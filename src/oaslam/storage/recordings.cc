@@ -69,7 +69,7 @@ size_t FindRecording(const MapRecordings& recordings, std::string_view number_or
 MapRecordings RecordingsByTime(const SavedMap& saved) {
   std::map<int, double> times;
   AddTimes(saved.map, saved.trajectory, times);
-  for (const Piece& piece : saved.pieces) AddTimes(piece.map, piece.trajectory, times);
+  for (const Submap& submap : saved.submaps) AddTimes(submap.map, submap.trajectory, times);
   MapRecordings recordings;
   double last = std::numeric_limits<double>::infinity();
   for (const auto& [frame, time] : times) {
@@ -89,11 +89,11 @@ SavedMap OfRecording(const SavedMap& saved, size_t recording) {
     if (is_other(keyframe.frame_index)) others.push_back(id);
   });
   if (others.size() == saved.map.keyframes.size())
-    throw InputError(fmt::format("recording {} has no keyframe in this piece of map",
+    throw InputError(fmt::format("recording {} has no keyframe in this submap",
                                  Describe(saved.recordings, recording)));
   for (const KeyframeId id : others) one.map.RetireKeyframe(id);
   std::erase_if(one.trajectory, [&](const FramePose& pose) { return is_other(pose.frame_index); });
-  one.pieces.clear();
+  one.submaps.clear();
   if (!saved.recordings.empty()) one.recordings = {saved.recordings[recording]};
   return one;
 }

@@ -19,7 +19,7 @@ int FramesOf(const SavedMap& saved) {
     for (const FramePose& pose : trajectory) last = std::max(last, pose.frame_index);
   };
   count(saved.map, saved.trajectory);
-  for (const Piece& piece : saved.pieces) count(piece.map, piece.trajectory);
+  for (const Submap& submap : saved.submaps) count(submap.map, submap.trajectory);
   return last + 1;
 }
 
@@ -42,12 +42,13 @@ std::vector<StampedPose> KeyframePoses(const Map& map, int first_frame) {
   return poses;
 }
 
-void LeadWithPiece(const std::string& path, int piece, SavedMap& saved) {
-  const int count = static_cast<int>(saved.pieces.size());
-  if (piece < 0 || piece > count)
-    throw InputError(fmt::format("{}: there is no piece {}, allowed: 0 to {}", path, piece, count));
-  if (piece == 0) return;
-  Piece& chosen = saved.pieces[static_cast<size_t>(piece) - 1];
+void LeadWithSubmap(const std::string& path, int submap, SavedMap& saved) {
+  const int count = static_cast<int>(saved.submaps.size());
+  if (submap < 0 || submap > count)
+    throw InputError(
+        fmt::format("{}: there is no submap {}, allowed: 0 to {}", path, submap, count));
+  if (submap == 0) return;
+  Submap& chosen = saved.submaps[static_cast<size_t>(submap) - 1];
   std::swap(chosen.map, saved.map);
   std::swap(chosen.trajectory, saved.trajectory);
 }

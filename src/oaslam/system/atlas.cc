@@ -9,7 +9,7 @@
 
 #include "oaslam/map/renumbering.h"
 #include "oaslam/mapping/keyframe_description.h"
-#include "oaslam/mapping/piece_joining.h"
+#include "oaslam/mapping/submap_joining.h"
 #include "oaslam/objects/moved_objects.h"
 #include "oaslam/system/keyframe_search.h"
 #include "oaslam/tracking/continuity.h"
@@ -44,7 +44,7 @@ bool IsBeginning(const ImagePose& pose) {
 }
 
 // Joins another submap with the map of a session; false where the camera would jump between them.
-bool Join(const Piece& other, const Similarity& world_from_other, Session& session) {
+bool Join(const Submap& other, const Similarity& world_from_other, Session& session) {
   if (!IsContinuous(*session.snapshot(), session.tracker().trajectory(), other.map,
                     other.trajectory, world_from_other) ||
       !session.Join(other.map, world_from_other))
@@ -58,11 +58,11 @@ bool Join(const Piece& other, const Similarity& world_from_other, Session& sessi
 
 }  // namespace
 
-Atlas::Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Piece> others)
+Atlas::Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Submap> others)
     : config_(config), is_loaded_(is_loaded), ids_(NextIdsOf(map)) {
   const std::vector<Camera> cameras = map.cameras;
   main_ = &Begin(std::move(map), is_loaded);
-  for (Piece& other : others) {
+  for (Submap& other : others) {
     other.map.cameras = cameras;
     submaps_.push_back({next_number_++, nullptr, std::move(other), Relocalizer(config_)});
   }
@@ -70,7 +70,7 @@ Atlas::Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Piec
 
 // Adds a submap in which the camera is tracked. `has_map`: it is looked for in `map`, and no
 // initial map is made.
-Submap& Atlas::Begin(Map map, bool has_map) {
+AtlasSubmap& Atlas::Begin(Map map, bool has_map) {
   submaps_.push_back({next_number_++,
                       std::make_unique<Session>(config_, std::move(map), has_map),
                       {},
@@ -101,7 +101,7 @@ TrackingStep Atlas::Process(const Frame& frame) {
 
 // The main submap is too small to find the camera again: the growing one leads, or an empty one.
 TrackingStep Atlas::GoOnElsewhere(const Frame& frame) {
-  Submap& given_up = *main_;
+  AtlasSubmap& given_up = *main_;
   lost_since_.reset();
   last_vain_look_.reset();
   if (growing_) {
@@ -142,7 +142,7 @@ ImagePose Atlas::ProcessGrowing(const Frame& frame, const TrackingStep& in_main)
     const bool is_larger =
         session.snapshot()->keyframes.size() > main().snapshot()->keyframes.size();
     if (!is_larger || is_found || IsLost(there.pose) || MustStayMain()) return in_main.pose;
-    Submap& smaller = *main_;
+    AtlasSubmap& smaller = *main_;
     Lead(*std::exchange(growing_, std::nullopt)->submap);
     Rest(smaller);
   }
@@ -177,12 +177,12 @@ bool Atlas::JoinGrowing() {
   // First on the map that the tracker saw, since the newest one must be waited for, and may have
   // moved.
   if (!align()) return false;
-  const Piece content{*session.Newest(), session.tracker().trajectory()};
-  const std::optional<PieceAlignment> alignment = align();
+  const Submap content{*session.Newest(), session.tracker().trajectory()};
+  const std::optional<SubmapAlignment> alignment = align();
   if (!alignment || !Join(content, alignment->other_from_this, main())) return false;
   if (!failure_) failure_ = session.failure();
   main().tracker().GoOnAs(std::move(session.tracker()), alignment->other_from_this.scale);
-  Submap& joined = *std::exchange(growing_, std::nullopt)->submap;
+  AtlasSubmap& joined = *std::exchange(growing_, std::nullopt)->submap;
   End(std::move(joined.session));
   Erase(joined);
   return true;
@@ -191,9 +191,9 @@ bool Atlas::JoinGrowing() {
 // Looks for a keyframe of a session in one of the waiting submaps, in turn, and joins that one with
 // the session's map once its place is known.
 void Atlas::LookFor(const Frame& keyframe, Session& session) {
-  const std::vector<Submap*> all = Waiting();
+  const std::vector<AtlasSubmap*> all = Waiting();
   if (all.empty()) return;
-  Submap& waiting = *all[turn_++ % all.size()];
+  AtlasSubmap& waiting = *all[turn_++ % all.size()];
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
   const Map& other = waiting.content.map;
   const Relocalization found = waiting.relocalizer.Find(keyframe, other, mode_, rng);
@@ -214,25 +214,25 @@ NextIds Atlas::FreeIdsIn(Session& session) const {
   return {ids_.keyframe, session.Newest()->next_landmark, ids_.object};
 }
 
-bool Atlas::JoinWaiting(const Submap& waiting, const Similarity& world_from_waiting,
+bool Atlas::JoinWaiting(const AtlasSubmap& waiting, const Similarity& world_from_waiting,
                         Session& session) {
-  const Piece joining = Renumbered(waiting.content, FreeIdsIn(session));
+  const Submap joining = Renumbered(waiting.content, FreeIdsIn(session));
   if (!Join(joining, world_from_waiting, session)) return false;
   ids_ = Behind(ids_, NextIdsOf(joining.map));
   session.tracker().Adopt(joining.trajectory, world_from_waiting.scale);
   return true;
 }
 
-bool Atlas::JoinWaiting(const Submap& waiting, Submap& into) const {
+bool Atlas::JoinWaiting(const AtlasSubmap& waiting, AtlasSubmap& into) const {
   auto& [map, trajectory] = into.content;
-  const Piece& other = waiting.content;
+  const Submap& other = waiting.content;
   const auto world_from_other = PlaceIn(map, trajectory, waiting, into.relocalizer);
   if (!world_from_other ||
       !IsContinuous(map, trajectory, other.map, other.trajectory, *world_from_other))
     return false;
-  const Piece joining = Renumbered(other, NextIdsOf(map));
+  const Submap joining = Renumbered(other, NextIdsOf(map));
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
-  JoinPiece(joining.map, *world_from_other, config_, rng, map);
+  JoinSubmap(joining.map, *world_from_other, config_, rng, map);
   AdoptPoses(joining.trajectory, world_from_other->scale, trajectory);
   ++map.version;
   return true;
@@ -241,31 +241,32 @@ bool Atlas::JoinWaiting(const Submap& waiting, Submap& into) const {
 // The place of a waiting submap in another map: by its keyframes that are found there, or by frames
 // of the other one that were found in it.
 std::optional<Similarity> Atlas::PlaceIn(const Map& world, const std::vector<FramePose>& trajectory,
-                                         const Submap& waiting, Relocalizer& relocalizer) const {
+                                         const AtlasSubmap& waiting,
+                                         Relocalizer& relocalizer) const {
   const auto& [map, own_trajectory] = waiting.content;
-  PieceLink link;
+  SubmapLink link;
   FindKeyframes(waiting.content, world, mode_, {}, config_, relocalizer, link);
   if (const auto found = link.Align(map, own_trajectory)) return found->other_from_this;
   const auto seen = waiting.link.Align(world, trajectory);
   return seen ? std::optional(seen->other_from_this.Inverse()) : std::nullopt;
 }
 
-std::vector<Submap*> Atlas::Waiting() {
-  std::vector<Submap*> waiting;
-  for (Submap& submap : submaps_)
+std::vector<AtlasSubmap*> Atlas::Waiting() {
+  std::vector<AtlasSubmap*> waiting;
+  for (AtlasSubmap& submap : submaps_)
     if (submap.IsWaiting()) waiting.push_back(&submap);
   return waiting;
 }
 
 // Joins waiting submaps with the main one and with each other.
 void Atlas::JoinAll() {
-  std::vector<Submap*> waiting = Waiting();
-  std::ranges::stable_sort(waiting, std::greater(), &Submap::keyframes);
+  std::vector<AtlasSubmap*> waiting = Waiting();
+  std::ranges::stable_sort(waiting, std::greater(), &AtlasSubmap::keyframes);
   // After each one anew, since more may be found in what has become larger.
   const auto join_all = [&](size_t first, const auto& join) {
     const auto next = [&] {
       return std::find_if(waiting.begin() + static_cast<std::ptrdiff_t>(first), waiting.end(),
-                          [&](const Submap* submap) { return join(*submap); });
+                          [&](const AtlasSubmap* submap) { return join(*submap); });
     };
     for (auto joined = next(); joined != waiting.end(); joined = next()) {
       Erase(**joined);
@@ -273,41 +274,41 @@ void Atlas::JoinAll() {
     }
   };
   Relocalizer relocalizer(config_);
-  join_all(0, [&](const Submap& submap) {
+  join_all(0, [&](const AtlasSubmap& submap) {
     const auto world_from_submap =
         PlaceIn(*main().snapshot(), main().tracker().trajectory(), submap, relocalizer);
     return world_from_submap && JoinWaiting(submap, *world_from_submap, main());
   });
   for (size_t i = 0; i < waiting.size(); ++i)
-    join_all(i + 1, [&](const Submap& submap) { return JoinWaiting(submap, *waiting[i]); });
+    join_all(i + 1, [&](const AtlasSubmap& submap) { return JoinWaiting(submap, *waiting[i]); });
 }
 
 // Exchanges the main submap with a larger waiting one, if there is one.
 void Atlas::PromoteLargest() {
-  const std::vector<Submap*> waiting = Waiting();
-  const auto largest = std::ranges::max_element(waiting, {}, &Submap::keyframes);
+  const std::vector<AtlasSubmap*> waiting = Waiting();
+  const auto largest = std::ranges::max_element(waiting, {}, &AtlasSubmap::keyframes);
   if (MustStayMain() || largest == waiting.end() ||
       (*largest)->keyframes() <= main().snapshot()->keyframes.size())
     return;
-  Submap& submap = **largest;
-  Piece content = std::exchange(submap.content, {});
+  AtlasSubmap& submap = **largest;
+  Submap content = std::exchange(submap.content, {});
   ids_ = Behind(ids_, NextIdsOf(content.map));
   submap.session = std::make_unique<Session>(config_, std::move(content.map), true);
   submap.session->tracker().Adopt(content.trajectory, 1);
-  Submap& smaller = *main_;
+  AtlasSubmap& smaller = *main_;
   Lead(submap);
   Rest(smaller);
 }
 
 // Makes a submap in which the camera is tracked the main one.
-void Atlas::Lead(Submap& submap) {
+void Atlas::Lead(AtlasSubmap& submap) {
   main_ = &submap;
   is_loaded_ = false;
 }
 
 // Ends the session of a submap, which waits from then on with all that its tracker has seen; one
 // that is empty goes. Keeps its failure.
-void Atlas::Rest(Submap& submap) {
+void Atlas::Rest(AtlasSubmap& submap) {
   Session& session = *submap.session;
   session.SubmitRest(AdoptAdjustment{});  // the adjustment would end with the session
   if (!failure_) failure_ = session.failure();
@@ -316,12 +317,12 @@ void Atlas::Rest(Submap& submap) {
   End(std::move(submap.session));
   if (submap.content.map.keyframes.empty()) return Erase(submap);
   DescribeKeyframes(submap.content.map);
-  const auto it = std::ranges::find(submaps_, &submap, [](const Submap& s) { return &s; });
+  const auto it = std::ranges::find(submaps_, &submap, [](const AtlasSubmap& s) { return &s; });
   submaps_.splice(submaps_.end(), submaps_, it);
 }
 
-void Atlas::Erase(const Submap& submap) {
-  submaps_.remove_if([&](const Submap& other) { return &other == &submap; });
+void Atlas::Erase(const AtlasSubmap& submap) {
+  submaps_.remove_if([&](const AtlasSubmap& other) { return &other == &submap; });
 }
 
 // Destroys a session; its background adjustment takes some tenths of a second to stop. In live mode
@@ -332,9 +333,9 @@ void Atlas::End(std::unique_ptr<Session> session) {
     ending_ = std::jthread([session = std::move(session)]() mutable { session.reset(); });
 }
 
-std::vector<Piece> Atlas::Others() {
-  std::vector<Piece> others;
-  for (const Submap* waiting : Waiting()) others.push_back(waiting->content);
+std::vector<Submap> Atlas::Others() {
+  std::vector<Submap> others;
+  for (const AtlasSubmap* waiting : Waiting()) others.push_back(waiting->content);
   if (growing_) {
     const std::shared_ptr<const Map> map = growing_->session().Mapped();
     if (!map->keyframes.empty()) {
@@ -343,9 +344,9 @@ std::vector<Piece> Atlas::Others() {
     }
   }
   std::ranges::stable_sort(others, std::greater(),
-                           [](const Piece& other) { return other.map.keyframes.size(); });
+                           [](const Submap& other) { return other.map.keyframes.size(); });
   NextIds free = NextIdsOf(*main().Mapped());
-  for (Piece& other : others) {
+  for (Submap& other : others) {
     other = Renumbered(other, free);
     free = NextIdsOf(other.map);
   }
@@ -371,7 +372,7 @@ void Atlas::Finish() {
   }
   main().Finish(MainContext().use);
   if (mapping_ && !failure())
-    for (Submap* waiting : Waiting()) OptimizePiece(config_, waiting->content.map);
+    for (AtlasSubmap* waiting : Waiting()) OptimizeSubmap(config_, waiting->content.map);
 }
 
 std::exception_ptr Atlas::failure() {
@@ -413,7 +414,7 @@ void Atlas::ForceRelocalization(const std::optional<Rigid3>& near) {
 }
 
 void Atlas::SetClassRelations(const ClassRelations& relations) {
-  for (Submap* waiting : Waiting()) oaslam::SetClassRelations(relations, waiting->content.map);
+  for (AtlasSubmap* waiting : Waiting()) oaslam::SetClassRelations(relations, waiting->content.map);
   if (growing_) growing_->session().Submit(relations);
   main().Submit(relations);
 }

@@ -8,22 +8,22 @@
 #include <vector>
 
 #include "oaslam/config.h"
+#include "oaslam/map/submap.h"
 #include "oaslam/relocalization/relocalizer.h"
-#include "oaslam/map/piece.h"
-#include "oaslam/system/piece_link.h"
 #include "oaslam/system/session.h"
+#include "oaslam/system/submap_link.h"
 
 namespace oaslam {
 
 // A submap of a run: a map with its own frame and unit, and the poses of the frames from which it
 // was made. The camera is tracked in it, or it waits until its place in the others is known.
-struct Submap {
+struct AtlasSubmap {
   int number = 0;                    // of a run, each has its own
   std::unique_ptr<Session> session;  // null: it waits
   // Of one that waits.
-  Piece content{};
+  Submap content{};
   Relocalizer relocalizer;  // with an index of its places
-  PieceLink link{};         // poses in it of frames that are tracked in another
+  SubmapLink link{};        // poses in it of frames that are tracked in another
 
   bool IsWaiting() const { return !session; }
   // Of one that waits.
@@ -47,7 +47,7 @@ class Atlas {
  public:
   // `is_loaded`: the camera is looked for in `map`, which stays the main submap unless it is empty,
   // and no initial map is made.
-  Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Piece> others);
+  Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Submap> others);
 
   // Whether the next frame must have features; without them its pose is by its motion since the map
   // was last looked for. `motion`: null as long as it is not known.
@@ -84,14 +84,14 @@ class Atlas {
   int main_number() const { return main_->number; }
   // All submaps but the main one, by descending number of keyframes, numbered so that no two share
   // an id. Waits for the mapping of the growing one.
-  std::vector<Piece> Others();
+  std::vector<Submap> Others();
 
  private:
   // The submap that grows.
   struct Growth {
-    Submap* submap;
+    AtlasSubmap* submap;
     std::optional<double> lost_since{}, found_since{};  // in it; in the main one: time stamps
-    PieceLink to_main{};
+    SubmapLink to_main{};
     Session& session() const { return *submap->session; }
   };
 
@@ -101,23 +101,24 @@ class Atlas {
 
   ImagePose ProcessGrowing(const Frame& frame, const TrackingStep& in_main);
   TrackingStep GoOnElsewhere(const Frame& frame);
-  Submap& Begin(Map map, bool has_map);
+  AtlasSubmap& Begin(Map map, bool has_map);
   void BeginGrowing();
   void EndGrowing();
   bool JoinGrowing();
   void LookFor(const Frame& keyframe, Session& session);
-  bool JoinWaiting(const Submap& waiting, const Similarity& world_from_waiting, Session& session);
-  bool JoinWaiting(const Submap& waiting, Submap& into) const;
+  bool JoinWaiting(const AtlasSubmap& waiting, const Similarity& world_from_waiting,
+                   Session& session);
+  bool JoinWaiting(const AtlasSubmap& waiting, AtlasSubmap& into) const;
   std::optional<Similarity> PlaceIn(const Map& world, const std::vector<FramePose>& trajectory,
-                                    const Submap& waiting, Relocalizer& relocalizer) const;
+                                    const AtlasSubmap& waiting, Relocalizer& relocalizer) const;
   void JoinAll();
   void PromoteLargest();
-  void Lead(Submap& submap);
-  void Rest(Submap& submap);
-  void Erase(const Submap& submap);
+  void Lead(AtlasSubmap& submap);
+  void Rest(AtlasSubmap& submap);
+  void Erase(const AtlasSubmap& submap);
   void End(std::unique_ptr<Session> session);
   NextIds FreeIdsIn(Session& session) const;
-  std::vector<Submap*> Waiting();
+  std::vector<AtlasSubmap*> Waiting();
   bool MustStayMain() const;
 
   SlamConfig config_;
@@ -126,8 +127,8 @@ class Atlas {
   bool is_loaded_;  // the main submap, by the user
   NextIds ids_;     // of keyframes and objects of the run
   // Those that wait in the order in which they began to.
-  std::list<Submap> submaps_;
-  Submap* main_ = nullptr;
+  std::list<AtlasSubmap> submaps_;
+  AtlasSubmap* main_ = nullptr;
   std::optional<Growth> growing_;
   size_t turn_ = 0;                   // selects the waiting submap in which to look next
   std::optional<double> lost_since_;  // time stamp, seconds; with mapping

@@ -45,7 +45,7 @@ class AtlasTest : public testing::Test {
             {}};
   }
 
-  // Images of a walk with an odometry, which a piece of map needs to begin.
+  // Images of a walk with an odometry, which a submap needs to begin.
   static constexpr int kBeginning = 30;
 
   void Walk(Atlas& atlas, int first, int count, int first_place, Scene scene, int step = 1) {
@@ -90,7 +90,7 @@ class AtlasTest : public testing::Test {
 
   // The camera sees the left scene on its way forth and the right one on its way back.
   std::unique_ptr<Atlas> WalkPastBoth() {
-    auto atlas = std::make_unique<Atlas>(SlamConfig(), map_, false, std::vector<Piece>());
+    auto atlas = std::make_unique<Atlas>(SlamConfig(), map_, false, std::vector<Submap>());
     Walk(*atlas, 0, 70, 0, Scene::kLeft);
     Walk(*atlas, 70, 90, 69, Scene::kRight, -1);
     return atlas;
@@ -113,7 +113,7 @@ class AtlasTest : public testing::Test {
 TEST_F(AtlasTest, WhatCannotBeJoinedIsKept) {
   const auto atlas = WalkPastBoth();
   atlas->Finish();
-  const std::vector<Piece> others = atlas->Others();
+  const std::vector<Submap> others = atlas->Others();
   ASSERT_THAT(others, SizeIs(1));
   const Map& main = *atlas->main().snapshot();
   EXPECT_GE(main.keyframes.size(), others[0].map.keyframes.size());
@@ -131,7 +131,7 @@ TEST_F(AtlasTest, WhatCannotBeJoinedIsKept) {
   EXPECT_LT(AbsoluteError(others[0].map, others[0].trajectory), 0.01);
 }
 
-TEST_F(AtlasTest, TheLargerPieceLeads) {
+TEST_F(AtlasTest, TheLargerSubmapLeads) {
   const auto atlas = WalkPastBoth();
   EXPECT_EQ(atlas->main_number(), 1);
   const auto frames = FramesOf(atlas->main().tracker().trajectory());
@@ -139,20 +139,20 @@ TEST_F(AtlasTest, TheLargerPieceLeads) {
   EXPECT_TRUE(frames.contains(150));
 }
 
-// Where the main piece is given up while another one grows, that one leads: it is neither forgotten
-// nor joined with a map to which it has no link.
-TEST_F(AtlasTest, AGrowingPieceLeadsWhereTheMainOneIsGivenUp) {
+// Where the main submap is given up while another one grows, that one leads: it is neither
+// forgotten nor joined with a map to which it has no link.
+TEST_F(AtlasTest, AGrowingSubmapLeadsWhereTheMainOneIsGivenUp) {
   Atlas atlas(SlamConfig(), map_, false, {});
   Walk(atlas, 0, 30, 0, Scene::kLeft);
   ASSERT_LT(atlas.main().Newest()->keyframes.size(), 6U);
   atlas.ForceRelocalization(std::nullopt);
   Walk(atlas, 30, 26, 30, Scene::kRight);
   ASSERT_EQ(atlas.main_number(), 0);
-  Walk(atlas, 56, 3, 56, Scene::kAll);  // the camera is found in the main piece, too
+  Walk(atlas, 56, 3, 56, Scene::kAll);  // the camera is found in the main submap, too
   atlas.Process(View(59, 59, Scene::kNothing));
   EXPECT_NE(atlas.main_number(), 0);
   EXPECT_TRUE(FramesOf(atlas.main().tracker().trajectory()).contains(55));
-  const std::vector<Piece> others = atlas.Others();
+  const std::vector<Submap> others = atlas.Others();
   ASSERT_THAT(others, SizeIs(1));
   EXPECT_TRUE(FramesOf(others[0].trajectory).contains(20));
   for (const KeyframeId id : others[0].map.keyframes.Ids())
@@ -160,12 +160,12 @@ TEST_F(AtlasTest, AGrowingPieceLeadsWhereTheMainOneIsGivenUp) {
 }
 
 // A map that is saved before the end has what is being made, too.
-TEST_F(AtlasTest, ThePieceThatIsBeingMadeIsAmongTheOthers) {
+TEST_F(AtlasTest, TheSubmapThatIsBeingMadeIsAmongTheOthers) {
   Atlas atlas(SlamConfig(), map_, false, {});
   Walk(atlas, 0, 110, 0, Scene::kLeft);
   atlas.SetMetresPerUnit(1);  // so that it stays the main one
   Walk(atlas, 110, 40, 109, Scene::kRight, -1);
-  const std::vector<Piece> others = atlas.Others();
+  const std::vector<Submap> others = atlas.Others();
   ASSERT_THAT(others, SizeIs(1));
   EXPECT_TRUE(FramesOf(others[0].trajectory).contains(149));
   EXPECT_THAT(others[0].map.CheckInvariants(), IsEmpty());
@@ -174,7 +174,7 @@ TEST_F(AtlasTest, ThePieceThatIsBeingMadeIsAmongTheOthers) {
     EXPECT_FALSE(atlas.main().snapshot()->landmarks.Contains(id));
 }
 
-TEST_F(AtlasTest, AMetricPieceStaysTheMainOne) {
+TEST_F(AtlasTest, AMetricSubmapStaysTheMainOne) {
   Atlas atlas(SlamConfig(), map_, false, {});
   Walk(atlas, 0, 70, 0, Scene::kLeft);
   atlas.SetMetresPerUnit(2);
@@ -186,7 +186,7 @@ TEST_F(AtlasTest, AMetricPieceStaysTheMainOne) {
   EXPECT_THAT(atlas.Others(), SizeIs(1));
 }
 
-TEST_F(AtlasTest, PiecesAreJoinedOnceFramesShowBoth) {
+TEST_F(AtlasTest, SubmapsAreJoinedOnceFramesShowBoth) {
   const auto atlas = WalkPastBoth();
   Walk(*atlas, 160, 80, -20, Scene::kAll);
   atlas->Finish();
@@ -197,7 +197,7 @@ TEST_F(AtlasTest, PiecesAreJoinedOnceFramesShowBoth) {
   EXPECT_LT(AbsoluteError(map, atlas->main().tracker().trajectory()), 0.01);
 }
 
-TEST_F(AtlasTest, APieceOfAnEarlierRunIsJoinedByALaterOne) {
+TEST_F(AtlasTest, ASubmapOfAnEarlierRunIsJoinedByALaterOne) {
   const auto first = WalkPastBoth();
   first->Finish();
   Atlas later(SlamConfig(), *first->main().snapshot(), true, first->Others());

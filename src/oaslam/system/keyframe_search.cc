@@ -6,15 +6,15 @@
 
 namespace oaslam {
 
-SearchResult FindKeyframes(const Piece& piece, const Map& world, RelocalizationMode mode,
+SearchResult FindKeyframes(const Submap& submap, const Map& world, RelocalizationMode mode,
                            const SearchEffort& effort, const SlamConfig& config,
-                           Relocalizer& relocalizer, PieceLink& link) {
-  const std::vector<KeyframeId> ids = piece.map.keyframes.Ids();
+                           Relocalizer& relocalizer, SubmapLink& link) {
+  const std::vector<KeyframeId> ids = submap.map.keyframes.Ids();
   const size_t step = (ids.size() + effort.max_keyframes - 1) / effort.max_keyframes;
   SearchResult result;
   for (size_t i = 0; i < ids.size(); i += step) {
     if (result.found == 0 && result.looked_for >= effort.max_in_vain) break;
-    const Frame frame = FrameOf(piece.map, ids[i]);
+    const Frame frame = FrameOf(submap.map, ids[i]);
     Rng rng(static_cast<uint64_t>(config.runner.seed));
     const Relocalization found = relocalizer.Find(frame, world, mode, rng);
     ++result.looked_for;

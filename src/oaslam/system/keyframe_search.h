@@ -3,13 +3,13 @@
 #include <cstddef>
 
 #include "oaslam/config.h"
+#include "oaslam/map/submap.h"
 #include "oaslam/relocalization/relocalizer.h"
-#include "oaslam/map/piece.h"
-#include "oaslam/system/piece_link.h"
+#include "oaslam/system/submap_link.h"
 
 namespace oaslam {
 
-// How many keyframes to look for, spread evenly over the piece where it has more.
+// How many keyframes to look for, spread evenly over the submap where it has more.
 struct SearchEffort {
   size_t max_keyframes = 60;
   size_t max_in_vain = 15;  // number of keyframes after which it gives up if none was found
@@ -19,9 +19,9 @@ struct SearchResult {
   size_t looked_for = 0, found = 0;
 };
 
-// Relocalizes keyframes of a piece in another map, and adds those found to `link`.
-SearchResult FindKeyframes(const Piece& piece, const Map& world, RelocalizationMode mode,
+// Relocalizes keyframes of a submap in another map, and adds those found to `link`.
+SearchResult FindKeyframes(const Submap& submap, const Map& world, RelocalizationMode mode,
                            const SearchEffort& effort, const SlamConfig& config,
-                           Relocalizer& relocalizer, PieceLink& link);
+                           Relocalizer& relocalizer, SubmapLink& link);
 
 }  // namespace oaslam

@@ -17,7 +17,7 @@ const Eigen::Vector3d kMotion(10, 0, 0);  // world units
 
 // A mapper whose adjustments in the background end only when the test says so, and move the whole
 // map.
-// One begins when a piece that shows the same scene is joined with the map.
+// One begins when a submap that shows the same scene is joined with the map.
 class AdjustmentTest : public testing::Test {
  protected:
   AdjustmentTest() : map_(synthetic::MakeMap(synthetic::MakeWorld({}), {}).map) {}
@@ -96,7 +96,7 @@ class AdjustmentTest : public testing::Test {
 };
 
 // This test does not end where a command waits for the adjustment. The map moves with a keyframe
-// only: a lost camera makes none, and links other pieces to the map as it is.
+// only: a lost camera makes none, and links other submaps to the map as it is.
 TEST_F(AdjustmentTest, LiveNothingWaitsForIt) {
   Mapper mapper = MapperOf(RunnerMode::kLive);
   mapper.Apply(Joining(1, 0));
@@ -119,9 +119,9 @@ TEST_F(AdjustmentTest, LiveNothingWaitsForIt) {
   EXPECT_LT(keyframes, 1000);
 }
 
-// A piece that is joined while an adjustment goes on does not stay behind where that ends. It does
+// A submap that is joined while an adjustment goes on does not stay behind where that ends. It does
 // not wait for the end either.
-TEST_F(AdjustmentTest, LiveItBeginsAnewWithAPiece) {
+TEST_F(AdjustmentTest, LiveItBeginsAnewWithASubmap) {
   Mapper mapper = MapperOf(RunnerMode::kLive);
   mapper.Apply(Joining(1, 0));
   while (begun_ < 1) std::this_thread::yield();

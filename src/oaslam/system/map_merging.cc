@@ -14,7 +14,7 @@
 #include "oaslam/error.h"
 #include "oaslam/map/next_ids.h"
 #include "oaslam/map/renumbering.h"
-#include "oaslam/mapping/piece_joining.h"
+#include "oaslam/mapping/submap_joining.h"
 #include "oaslam/objects/moved_objects.h"
 #include "oaslam/system/keyframe_search.h"
 #include "oaslam/util/rng.h"
@@ -29,7 +29,8 @@ constexpr SearchEffort kEffort{.max_keyframes = 400,
 Renumbering NumbersBehind(const SavedMap& a, const SavedMap& b) {
   Renumbering numbers;
   numbers.first = NextIdsOf(a.map);
-  for (const Piece& piece : a.pieces) numbers.first = Behind(numbers.first, NextIdsOf(piece.map));
+  for (const Submap& submap : a.submaps)
+    numbers.first = Behind(numbers.first, NextIdsOf(submap.map));
   numbers.first_frame = FramesOf(a);
   numbers.cameras = a.map.cameras;
   for (const Camera& camera : b.map.cameras) {
@@ -61,22 +62,22 @@ ClassRelations RelationsOfBoth(ClassRelations a, const ClassRelations& b) {
 
 struct Placement {
   SearchResult search;
-  std::optional<PieceAlignment> alignment;
+  std::optional<SubmapAlignment> alignment;
 };
 
-// The place of a piece in another map, from its keyframes that are found there.
-Placement PlaceIn(const Piece& piece, const Map& world, RelocalizationMode mode,
+// The place of a submap in another map, from its keyframes that are found there.
+Placement PlaceIn(const Submap& submap, const Map& world, RelocalizationMode mode,
                   const SlamConfig& config) {
   Relocalizer relocalizer(config);
-  PieceLink link;
+  SubmapLink link;
   Placement placement;
-  placement.search = FindKeyframes(piece, world, mode, kEffort, config, relocalizer, link);
-  placement.alignment = link.Align(piece.map, piece.trajectory);
+  placement.search = FindKeyframes(submap, world, mode, kEffort, config, relocalizer, link);
+  placement.alignment = link.Align(submap.map, submap.trajectory);
   return placement;
 }
 
 std::string Described(const Placement& placement, const char* mapped, const char* in) {
-  const PieceAlignment& alignment = *placement.alignment;
+  const SubmapAlignment& alignment = *placement.alignment;
   return fmt::format(
       "{} of {} keyframes of the {} map are found in the {} ({} by points and {} by objects agree, "
       "{} disagree; scale known to {:.1f} %)",
@@ -89,9 +90,9 @@ struct Relation {
   std::string evidence;
 };
 
-// Looks for the keyframes of the second piece in the first one, and if that fails the other way
+// Looks for the keyframes of the second submap in the first one, and if that fails the other way
 // round.
-Relation Relate(const Piece& first, const Piece& second, RelocalizationMode mode,
+Relation Relate(const Submap& first, const Submap& second, RelocalizationMode mode,
                 const SlamConfig& config) {
   const Placement there = PlaceIn(second, first.map, mode, config);
   if (there.alignment)
@@ -151,9 +152,9 @@ MapMerging MergeMaps(const SavedMap& a, const SavedMap& b, RelocalizationMode mo
     merged.recordings.push_back(std::move(recording));
   }
   merged.map.cameras = numbers.cameras;
-  for (Piece& piece : merged.pieces) piece.map.cameras = numbers.cameras;
-  const Piece here{merged.map, WithKeyframes(a.trajectory, a.map)};
-  const Piece joining = Renumbered({b.map, WithKeyframes(b.trajectory, b.map)}, numbers);
+  for (Submap& submap : merged.submaps) submap.map.cameras = numbers.cameras;
+  const Submap here{merged.map, WithKeyframes(a.trajectory, a.map)};
+  const Submap joining = Renumbered({b.map, WithKeyframes(b.trajectory, b.map)}, numbers);
 
   const Relation relation = Relate(here, joining, mode, config);
   if (!relation.first_from_second) return {std::nullopt, relation.evidence};
@@ -161,19 +162,19 @@ MapMerging MergeMaps(const SavedMap& a, const SavedMap& b, RelocalizationMode mo
 
   Rng rng(static_cast<uint64_t>(config.runner.seed));
   merged.trajectory = here.trajectory;
-  // Twelve ties, spread over the piece: with ties at one end only, errors would grow towards the
+  // Twelve ties, spread over the submap: with ties at one end only, errors would grow towards the
   // other.
-  JoinPiece(joining.map, world_from_joining, config, rng, merged.map,
-            {.most = 12, .are_spread = true});
+  JoinSubmap(joining.map, world_from_joining, config, rng, merged.map,
+             {.most = 12, .are_spread = true});
   AdoptPoses(joining.trajectory, world_from_joining.scale, merged.trajectory);
   SetClassRelations(relations, merged.map);
-  OptimizePiece(config, merged.map);
+  OptimizeSubmap(config, merged.map);
   if (a.map.is_metric || b.map.is_metric)
     TakeUnitOf(a.map.is_metric ? here.map : joining.map, merged);
-  for (const Piece& piece : b.pieces) merged.pieces.push_back(Renumbered(piece, numbers));
-  for (Piece& piece : merged.pieces) SetClassRelations(relations, piece.map);
-  std::ranges::stable_sort(merged.pieces, std::greater(),
-                           [](const Piece& p) { return p.map.keyframes.size(); });
+  for (const Submap& submap : b.submaps) merged.submaps.push_back(Renumbered(submap, numbers));
+  for (Submap& submap : merged.submaps) SetClassRelations(relations, submap.map);
+  std::ranges::stable_sort(merged.submaps, std::greater(),
+                           [](const Submap& p) { return p.map.keyframes.size(); });
   return {std::move(merged), relation.evidence};
 }
 

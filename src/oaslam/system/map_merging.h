@@ -5,7 +5,7 @@
 
 #include "oaslam/config.h"
 #include "oaslam/storage/map_file.h"
-#include "oaslam/system/piece_link.h"
+#include "oaslam/system/submap_link.h"
 #include "oaslam/types.h"
 
 namespace oaslam {
@@ -22,7 +22,7 @@ struct MapMerging {
 // Landmarks and objects that both contain are merged, and everything is optimised together. The
 // frame and the ids are those of `a`; the unit is the metre where either map has it, else that of
 // `a`. Cameras, anchors, class names and trajectories of both are kept; the frames of `b` are
-// numbered after those of `a`. Other pieces of either map stay apart. Throws InputError where the
+// numbered after those of `a`. Other submaps of either map stay apart. Throws InputError where the
 // maps name a class differently.
 MapMerging MergeMaps(const SavedMap& a, const SavedMap& b, RelocalizationMode mode,
                      const SlamConfig& config);

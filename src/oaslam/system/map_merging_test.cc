@@ -112,20 +112,20 @@ TEST_F(MapMergingTest, TwoRoomsStayApart) {
   EXPECT_THAT(merging.evidence, HasSubstr("0 of 10 keyframes"));
 }
 
-TEST_F(MapMergingTest, PiecesOfBothStayApartTheLargestFirst) {
+TEST_F(MapMergingTest, SubmapsOfBothStayApartTheLargestFirst) {
   SavedMap a = a_, b = b_;
-  a.pieces.push_back({MapOf(synthetic::MakeWorld({.seed = 5}), -30, 5, Similarity(), 4).map, {}});
-  b.pieces.push_back(a.pieces[0]);
-  for (const uint32_t id : {7, 8, 9}) a.pieces[0].map.RetireKeyframe(KeyframeId(id));
-  for (Piece* piece : {&a.pieces[0], &b.pieces[0]})
-    *piece = Renumbered(*piece, {{100, 10000, 100}, 500, piece->map.cameras, {0}});
+  a.submaps.push_back({MapOf(synthetic::MakeWorld({.seed = 5}), -30, 5, Similarity(), 4).map, {}});
+  b.submaps.push_back(a.submaps[0]);
+  for (const uint32_t id : {7, 8, 9}) a.submaps[0].map.RetireKeyframe(KeyframeId(id));
+  for (Submap* submap : {&a.submaps[0], &b.submaps[0]})
+    *submap = Renumbered(*submap, {{100, 10000, 100}, 500, submap->map.cameras, {0}});
   const MapMerging merging = MergeMaps(a, b, kBoth, {});
   ASSERT_TRUE(merging.merged);
-  const std::vector<Piece>& pieces = merging.merged->pieces;
-  ASSERT_EQ(pieces.size(), 2U);
-  EXPECT_EQ(pieces[0].map.keyframes.size(), 10U);
-  EXPECT_EQ(pieces[1].map.keyframes.size(), 7U);
-  EXPECT_FALSE(pieces[0].map.keyframes.Contains(pieces[1].map.keyframes.Ids()[0]));
+  const std::vector<Submap>& submaps = merging.merged->submaps;
+  ASSERT_EQ(submaps.size(), 2U);
+  EXPECT_EQ(submaps[0].map.keyframes.size(), 10U);
+  EXPECT_EQ(submaps[1].map.keyframes.size(), 7U);
+  EXPECT_FALSE(submaps[0].map.keyframes.Contains(submaps[1].map.keyframes.Ids()[0]));
 }
 
 TEST_F(MapMergingTest, ContradictingClassesAreRefused) {

@@ -166,7 +166,7 @@ void Slam::NameRecording(const std::string& name, const std::string& images) {
 
 void Slam::Save(const std::string& path) const { WholeMap().Save(path); }
 
-void Slam::Load(const std::string& path, int piece) { Load(MapSnapshot::Load(path, piece)); }
+void Slam::Load(const std::string& path, int submap) { Load(MapSnapshot::Load(path, submap)); }
 
 void Slam::Load(const MapSnapshot& map) {
   impl_->Begin(SavedMapOf(map), map.world(), true);

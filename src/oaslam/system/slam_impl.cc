@@ -62,7 +62,8 @@ void Slam::Impl::Begin(SavedMap saved, WorldId world, bool is_loaded) {
   const int frames = FramesOf(saved);
   Map& map = saved.map;
   map.AddCamera(camera_);
-  auto atlas = std::make_unique<Atlas>(config_, std::move(map), is_loaded, std::move(saved.pieces));
+  auto atlas =
+      std::make_unique<Atlas>(config_, std::move(map), is_loaded, std::move(saved.submaps));
   atlas->SetRelocalizationMode(mode_);
   atlas->SetMapping(is_mapping_);
   atlas_ = std::move(atlas);

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "oaslam/anchors/editing.h"
+#include "oaslam/odometry/odometry.h"
+#include "oaslam/odometry/still_parts.h"
 #include "oaslam/relocalization/frame_maker.h"
 #include "oaslam/relocalization/relocalizer.h"
 #include "oaslam/relocalization/snapshot_content.h"
-#include "oaslam/odometry/odometry.h"
-#include "oaslam/odometry/still_parts.h"
 #include "oaslam/slam.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/system/atlas.h"
@@ -22,7 +22,7 @@
 
 namespace oaslam {
 
-// The pieces of map, with the settings, the class names, the numbers of frames, and the states that
+// The submaps, with the settings, the class names, the numbers of frames, and the states that
 // other threads read.
 class OASLAM_LOCAL Slam::Impl {
  public:
@@ -33,9 +33,9 @@ class OASLAM_LOCAL Slam::Impl {
   // anything is changed.
   void Begin(SavedMap saved, WorldId world, bool is_loaded);
 
-  // The world of the main piece of map.
+  // The world of the main submap.
   WorldId world() const;
-  // The main piece is in a new world from now on.
+  // The main submap is in a new world from now on.
   void BeginWorld() { worlds_[atlas_->main_number()] = NewWorld(); }
 
   // For functions that would change the map: throws MappingError where mapping has failed.
@@ -76,7 +76,7 @@ class OASLAM_LOCAL Slam::Impl {
   std::shared_ptr<SlamStates::Board> states_ = std::make_shared<SlamStates::Board>();
   mutable SnapshotSeries snapshots_;
   TrackingResult newest_;                  // as posted last
-  mutable std::map<int, WorldId> worlds_;  // of pieces that have been the main one, by number
+  mutable std::map<int, WorldId> worlds_;  // of submaps that have been the main one, by number
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
   bool is_mapping_ = true;
   // Whether a call has thrown the MappingError already.

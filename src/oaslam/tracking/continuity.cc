@@ -63,18 +63,18 @@ bool IsContinuous(const Map& map, std::span<const FramePose> trajectory, const M
                   std::span<const FramePose> other_trajectory, const Similarity& world_from_other) {
   // Longer steps are between two videos, or after a pause, and tell nothing of speed.
   constexpr double kMaxSeconds = 3;
-  constexpr double kMaxTimes = 2;  // faster than within the pieces
+  constexpr double kMaxTimes = 2;  // faster than within the submaps
   constexpr double kHandTurn = 3,
                    kHandSpeed = 1;  // that a hand is always capable of: rad/s, depths/s
   const auto is_step = [](const Step& step) {
     return step.seconds > 0 && step.seconds <= kMaxSeconds;
   };
-  // The error of the alignment of the pieces, as a share of the depth and in rad.
+  // The error of the alignment of the submaps, as a share of the depth and in rad.
   constexpr double kTolerance = 0.03;
   std::vector<Passed> way;
   Append(map, trajectory, Similarity(), false, way);
   Append(other, other_trajectory, world_from_other, true, way);
-  // Of frames that both pieces have, the pose in `map` is kept: the sort is
+  // Of frames that both submaps have, the pose in `map` is kept: the sort is
   // stable and it comes first.
   std::ranges::stable_sort(way, {}, &Passed::frame_index);
   const auto doubled = std::ranges::unique(way, {}, &Passed::frame_index);

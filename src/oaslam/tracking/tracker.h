@@ -10,7 +10,7 @@
 
 #include "oaslam/config.h"
 #include "oaslam/map/frame_view.h"
-#include "oaslam/map/piece.h"
+#include "oaslam/map/submap.h"
 #include "oaslam/mapping/map_command.h"
 #include "oaslam/tracking/image_pose.h"
 #include "oaslam/tracking/initializer.h"
@@ -54,7 +54,7 @@ struct TrackingStep {
   std::optional<MapCommand> command{};   // for the mapper
   std::optional<KeyframeId> keyframe{};  // that the image becomes
   // A pose of a lost camera by objects, and any while another submap grows: images with a pose in
-  // two submaps tell how these lie to each other (PieceLink).
+  // two submaps tell how these lie to each other (SubmapLink).
   std::optional<Relocalization> located{};
   double ms_objects = 0;
 };

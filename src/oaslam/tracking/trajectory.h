@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "oaslam/map/piece.h"
+#include "oaslam/map/submap.h"
 
 namespace oaslam {
 
@@ -28,7 +28,7 @@ class Trajectory {
   // Adds the poses of another trajectory whose keyframes were joined with this map. They replace
   // own poses of the same frames.
   void Join(Trajectory other);
-  // Adds the poses of a piece that was joined with this map (AdoptPoses).
+  // Adds the poses of a submap that was joined with this map (AdoptPoses).
   void Adopt(const std::vector<FramePose>& poses, double scale);
   // Multiplies all lengths, as those of the map were.
   void Scale(double factor);

@@ -177,7 +177,7 @@ std::string ImagesIn(const std::string& summary) {
 
 }  // namespace
 
-SavedRun LoadSavedRun(const std::string& path, const std::string& map_path, int piece) {
+SavedRun LoadSavedRun(const std::string& path, const std::string& map_path, int submap) {
   std::error_code error;
   const bool is_folder = fs::is_directory(path, error);
   const std::string file = !map_path.empty() ? MapFileAt(map_path)
@@ -199,7 +199,7 @@ SavedRun LoadSavedRun(const std::string& path, const std::string& map_path, int 
   const std::string trajectory = poses.empty() ? in_folder("trajectory.txt") : poses;
   run.map_file = file;
   if (!file.empty()) {
-    run.saved = LoadPiece(file, piece);
+    run.saved = LoadSubmap(file, submap);
     // The folder of a run has the notes of its own recording.
     if (poses.empty() && run.saved.recordings.size() > 1)
       for (FrameNote& note : run.notes) note.frame += run.saved.recordings.back().first_frame;

@@ -18,8 +18,8 @@ struct SavedRun {
 };
 
 // Loads a map file, or a folder written by `oaslam run`, `localize` or `map-objects`: its map
-// file if there is one or it is given, else its text files. `piece`: of the map
-// (LeadWithPiece). Throws InputError.
-SavedRun LoadSavedRun(const std::string& path, const std::string& map_path, int piece = 0);
+// file if there is one or it is given, else its text files. `submap`: of the map
+// (LeadWithSubmap). Throws InputError.
+SavedRun LoadSavedRun(const std::string& path, const std::string& map_path, int submap = 0);
 
 }  // namespace oaslam

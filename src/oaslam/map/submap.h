@@ -7,13 +7,13 @@
 namespace oaslam {
 
 // A part of the map that could not be joined with the others so far, with its own frame and unit,
-// and the poses of the frames from which it was made. No two pieces of a map file share an id.
-struct Piece {
+// and the poses of the frames from which it was made. No two submaps file share an id.
+struct Submap {
   Map map;
   std::vector<FramePose> trajectory;  // ascending by frame
 };
 
-// Adds the poses of a piece, scaled by `scale`, to those of another piece that it was
+// Adds the poses of a submap, scaled by `scale`, to those of another submap that it was
 // joined with. Where both have a pose of a frame, the own one is kept, unless it is by
 // objects and the other by points.
 void AdoptPoses(const std::vector<FramePose>& other, double scale, std::vector<FramePose>& own);

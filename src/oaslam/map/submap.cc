@@ -1,4 +1,4 @@
-#include "oaslam/map/piece.h"
+#include "oaslam/map/submap.h"
 
 #include <algorithm>
 #include <memory>

@@ -8,15 +8,15 @@
 
 #include "oaslam/geometry/similarity.h"
 #include "oaslam/map/map.h"
-#include "oaslam/map/piece.h"
 #include "oaslam/map/relocalization.h"
+#include "oaslam/map/submap.h"
 
 namespace oaslam {
 
-// The transformation between two pieces of map, and the evidence for it.
-struct PieceAlignment {
+// The transformation between two submaps, and the evidence for it.
+struct SubmapAlignment {
   Similarity other_from_this;
-  // Frames that have a pose in both pieces: those that agree with the similarity, by points and by
+  // Frames that have a pose in both submaps: those that agree with the similarity, by points and by
   // objects, and those that do not.
   int by_points = 0, by_objects = 0, contradicting = 0;
   double relative_sigma = 0;  // of the scale
@@ -27,22 +27,22 @@ struct PieceAlignment {
   }
 };
 
-// Collects frames that have a pose in two pieces of map, and estimates the similarity between the
-// pieces from them. Many frames that agree determine it much better than any single one (paper,
+// Collects frames that have a pose in two submaps, and estimates the similarity between the
+// submaps from them. Many frames that agree determine it much better than any single one (paper,
 // section "Application to AR": resuming SLAM).
-class PieceLink {
+class SubmapLink {
  public:
-  // Adds the pose of a frame in the other piece, by objects or TrackedAt. One by objects may be too
-  // uncertain to be shown to the user.
+  // Adds the pose of a frame in the other submap, by objects or TrackedAt. One by objects may be
+  // too uncertain to be shown to the user.
   void Add(int frame_index, const Relocalization& in_other);
-  // Adds the pose of a keyframe that was found in the other piece, whose map is `other`. It counts
+  // Adds the pose of a keyframe that was found in the other submap, whose map is `other`. It counts
   // more than other frames, since keyframes share less of their view than successive frames and
   // their errors are less correlated.
   void AddKeyframe(int frame_index, const Relocalization& found, const Map& other);
 
   // Estimates the similarity; nothing while it is not well determined. `map` and `trajectory` are
-  // those of this piece.
-  std::optional<PieceAlignment> Align(const Map& map, std::span<const FramePose> trajectory) const;
+  // those of this submap.
+  std::optional<SubmapAlignment> Align(const Map& map, std::span<const FramePose> trajectory) const;
 
  private:
   struct Located {

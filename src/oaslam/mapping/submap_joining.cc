@@ -1,4 +1,4 @@
-#include "oaslam/mapping/piece_joining.h"
+#include "oaslam/mapping/submap_joining.h"
 
 #include <fmt/format.h>
 
@@ -27,16 +27,16 @@ std::vector<KeyframeId> Spread(const std::vector<KeyframeId>& ids) {
   return spread;
 }
 
-// Closes loops between keyframes of the other piece and of the map. The first keyframe of the map
+// Closes loops between keyframes of the other submap and of the map. The first keyframe of the map
 // stays fixed. Returns whether any loop was closed.
 bool Tie(const std::vector<KeyframeId>& of_map, const std::vector<KeyframeId>& of_other,
-         const PieceTies& wanted, Rng& rng, Map& map) {
+         const SubmapTies& wanted, Rng& rng, Map& map) {
   int ties = 0;
   std::set<KeyframeId> untied(of_map.begin(), of_map.end());
   for (const KeyframeId id : wanted.are_spread ? Spread(of_other) : of_other) {
     const auto tie = FindTie(map, id, untied, rng);
     if (!tie || !CorrectLoop(*tie, map, of_map.front())) continue;
-    Log(LogLevel::kDebug, fmt::format("pieces tied at keyframes {} and {} by {} landmarks",
+    Log(LogLevel::kDebug, fmt::format("submaps tied at keyframes {} and {} by {} landmarks",
                                       id.value, tie->old.value, tie->old_landmarks.size()));
     if (++ties == wanted.most) break;
     untied.erase(tie->old);
@@ -47,8 +47,8 @@ bool Tie(const std::vector<KeyframeId>& of_map, const std::vector<KeyframeId>& o
 
 }  // namespace
 
-bool JoinPiece(const Map& other, const Similarity& world_from_other, const SlamConfig& config,
-               Rng& rng, Map& map, const PieceTies& ties) {
+bool JoinSubmap(const Map& other, const Similarity& world_from_other, const SlamConfig& config,
+                Rng& rng, Map& map, const SubmapTies& ties) {
   const std::vector<KeyframeId> before = map.keyframes.Ids(), joined = other.keyframes.Ids();
   JoinMap(other, world_from_other, map);
   const std::vector<ObjectId> objects = other.objects.Ids();
@@ -56,8 +56,9 @@ bool JoinPiece(const Map& other, const Similarity& world_from_other, const SlamC
   return Tie(before, joined, ties, rng, map);
 }
 
-void OptimizePiece(const SlamConfig& config, Map& map) {
-  constexpr int kIterations = 20;  // at most; joined pieces start with the error of their alignment
+void OptimizeSubmap(const SlamConfig& config, Map& map) {
+  constexpr int kIterations =
+      20;  // at most; joined submaps start with the error of their alignment
   if (map.keyframes.size() > 2) {
     for (const std::vector<KeyframeId>& window : AdjustmentWindows(map))
       ApplyCorrection(WindowBundleAdjustment(map, window, kIterations, config.bundle), map);

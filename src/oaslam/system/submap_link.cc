@@ -1,4 +1,4 @@
-#include "oaslam/system/piece_link.h"
+#include "oaslam/system/submap_link.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,13 +26,13 @@ int WeightOf(bool by_points, bool of_keyframe) {
 
 }  // namespace
 
-void PieceLink::Add(int frame_index, const Relocalization& in_other) {
+void SubmapLink::Add(int frame_index, const Relocalization& in_other) {
   located_.insert_or_assign(frame_index,
                             Located{in_other.cam_from_world, in_other.sigma_position(),
                                     in_other.evidence != PoseEvidence::kObjects, false});
 }
 
-void PieceLink::AddKeyframe(int frame_index, const Relocalization& found, const Map& other) {
+void SubmapLink::AddKeyframe(int frame_index, const Relocalization& found, const Map& other) {
   Add(frame_index, found);
   Located& located = located_.at(frame_index);
   located.of_keyframe = true;
@@ -42,8 +42,8 @@ void PieceLink::AddKeyframe(int frame_index, const Relocalization& found, const 
                  kTrackedSigma * other.MedianDepth(found.cam_from_world, found.points.landmarks));
 }
 
-std::optional<PieceAlignment> PieceLink::Align(const Map& map,
-                                               std::span<const FramePose> trajectory) const {
+std::optional<SubmapAlignment> SubmapLink::Align(const Map& map,
+                                                 std::span<const FramePose> trajectory) const {
   std::vector<PosePair> pairs;
   std::vector<Located> frames;
   int sum = 0;
@@ -60,7 +60,7 @@ std::optional<PieceAlignment> PieceLink::Align(const Map& map,
   if (sum < kMinWeight) return std::nullopt;
   const SimilarityFit fit = FitSimilarity(pairs);
   if (!fit.success) return std::nullopt;
-  PieceAlignment alignment{.other_from_this = fit.b_from_a, .relative_sigma = fit.relative_sigma};
+  SubmapAlignment alignment{.other_from_this = fit.b_from_a, .relative_sigma = fit.relative_sigma};
   int weight = 0;
   for (size_t i = 0; i < pairs.size(); ++i) {
     if (fit.is_inlier[i]) weight += WeightOf(frames[i].by_points, frames[i].of_keyframe);
