@@ -70,7 +70,7 @@ void Scene::NoteState(const FrameRecord& record) {
                                : fmt::format(", {} objects", found->objects.matched.size()),
                            found->confidence));
   }
-  if (!is_first && last == now) return;
+  if (before == now) return;
   if (now == TrackingState::kObjects)
     AddEvent(frame, "objects",
              record.view.relocalization
