@@ -83,6 +83,7 @@ void Scene::NoteState(const FrameRecord& record) {
   const auto has_no_map = [](TrackingState state) {
     return state == TrackingState::kInitializing || state == TrackingState::kPreliminary;
   };
+  const TrackingState last = before.value_or(now);
   if (has_no_map(now) && !has_no_map(last)) {
     AddEvent(frame, "reset", "a new map is started");
     path_.Clear();
