@@ -11,6 +11,7 @@
 #include "oaslam/error.h"
 #include "oaslam/evaluation/object_metrics.h"
 #include "oaslam/evaluation/plots.h"
+#include "oaslam/evaluation/reliability.h"
 #include "oaslam/evaluation/relocalization_metrics.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/exports/map_scene.h"
