@@ -17,10 +17,10 @@
 namespace oaslam {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Not;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
 
 const Camera kWorldCamera = synthetic::World().camera;
 
@@ -150,7 +150,7 @@ std::vector<Detection> DetectionsOf(const Map& map, const Rigid3& world_from_cam
 
 const RelocalizeOptions kByPoints{.mode = RelocalizationMode::kPoints, .camera = kWorldCamera};
 
-class MapLocalizerTest : public testing::Test {
+class MapLocalizerTest : public ::testing::Test {
  protected:
   static const MapLocalizer& Shared() {
     static const MapLocalizer localizer = MapLocalizer(SnapshotOf(MapOfWall(), NewWorld(), 1));

@@ -11,9 +11,9 @@
 namespace oaslam {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 double CentreDistance(const Rigid3& a, const Rigid3& b) {
   return (a.OriginInSource() - b.OriginInSource()).norm();
