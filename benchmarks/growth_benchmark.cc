@@ -12,12 +12,12 @@
 #include <memory>
 #include <vector>
 
-#include "oaslam/relocalization/relocalizer.h"
 #include "oaslam/map/next_ids.h"
 #include "oaslam/mapping/background_bundle.h"
 #include "oaslam/mapping/loop_closing.h"
 #include "oaslam/mapping/mapper.h"
 #include "oaslam/relocalization/by_points.h"
+#include "oaslam/relocalization/relocalizer.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/tracking/tracker.h"
 #include "synthetic_building.h"
@@ -100,7 +100,8 @@ void TrackAnImage(benchmark::State& state) {
   const Map& map = building.map();
   Tracker tracker(SlamConfig{}, true);
   NextIds ids = NextIdsOf(map);
-  const TrackingContext context{.use = MapUse::kRead, .ids = &ids};
+  const TrackingContext context{
+      .use = MapUse::kRead, .next_keyframe = &ids.keyframe, .next_object = &ids.object};
   Rng rng(5);
   Median median;
   const double start = building.DeskNear(kStart * static_cast<double>(state.range(0))) - 5;

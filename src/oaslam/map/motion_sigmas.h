@@ -2,9 +2,9 @@
 
 namespace oaslam {
 
-// How far a motion between keyframes by the odometry is trusted (docs/lab/odometry.md): shares of
-// the way, of the depth and of the turn, and what no turn is below. That of the way is at least
-// this, and as much as this film shows (OdometryUnit).
+// The standard deviations of a motion between keyframes by the odometry (docs/lab/odometry.md): as
+// shares of the way, of the depth and of the turn; a turn's is at least kLeastTurn rad. The share of
+// the way is larger in a film that holds its scale badly (OdometryLink::spread).
 inline constexpr double kSigmaOfWay = 0.01, kSigmaOfDepth = 0.002, kSigmaOfTurn = 0.0025,
                         kLeastTurn = 0.0005;
 // The share of the depth, in a young map: neither it nor the odometry knows its scale well.

@@ -6,8 +6,8 @@
 
 namespace oaslam {
 
-// A part of the map that could not be joined with the others so far, with its own frame and unit,
-// and the poses of the frames from which it was made. No two submaps file share an id.
+// A map with a frame and a unit of its own, and the poses of the frames from which it was made. In a
+// map file no two submaps share an id.
 struct Submap {
   Map map;
   std::vector<FramePose> trajectory;  // ascending by frame

@@ -137,7 +137,7 @@ bool Mapper::AdoptBackgroundBundle(const MapCommand& command) {
   if (!is_due) return false;
   background_bundle_->WaitAndApply(map_);
   background_bundle_.reset();
-  // The next window starts at the next keyframe where the map must not move for now.
+  // After AdoptAdjustment the map must not move: the next window waits for the next keyframe.
   if (!std::holds_alternative<AdoptAdjustment>(command.edit)) BeginNextWindow(command.frame_index);
   return true;
 }

@@ -59,27 +59,32 @@ bool Join(const Submap& other, const Similarity& world_from_other, Session& sess
 }  // namespace
 
 Atlas::Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Submap> others)
-    : config_(config), is_loaded_(is_loaded), ids_(NextIdsOf(map)) {
+    : config_(config), is_loaded_(is_loaded), next_object_(NextObjectOf(map)) {
   const std::vector<Camera> cameras = map.cameras;
-  main_ = &Begin(std::move(map), is_loaded);
+  const uint32_t next_keyframe = NextIdsOf(map).keyframe;
+  main_ = &Begin(std::move(map), is_loaded, next_keyframe);
   for (Submap& other : others) {
     other.map.cameras = cameras;
-    submaps_.push_back({next_number_++, nullptr, std::move(other), Relocalizer(config_)});
+    submaps_.push_back({next_number_++, nullptr, 0, std::move(other), Relocalizer(config_)});
   }
 }
 
 // Adds a submap in which the camera is tracked. `has_map`: it is looked for in `map`, and no
 // initial map is made.
-AtlasSubmap& Atlas::Begin(Map map, bool has_map) {
+AtlasSubmap& Atlas::Begin(Map map, bool has_map, uint32_t next_keyframe) {
   submaps_.push_back({next_number_++,
                       std::make_unique<Session>(config_, std::move(map), has_map),
+                      next_keyframe,
                       {},
                       Relocalizer(config_)});
   return submaps_.back();
 }
 
 TrackingContext Atlas::MainContext() {
-  return {!mapping_ ? MapUse::kRead : growing_ ? MapUse::kHold : MapUse::kExtend, mode_, &ids_};
+  return {!mapping_  ? MapUse::kRead
+          : growing_ ? MapUse::kHold
+                     : MapUse::kExtend,
+          mode_, &main_->next_keyframe, &next_object_};
 }
 
 bool Atlas::NeedsFeatures(double timestamp, const FrameMotion* motion) const {
@@ -99,19 +104,16 @@ TrackingStep Atlas::Process(const Frame& frame) {
   return step;
 }
 
-// The main submap is too small to find the camera again: the growing one leads, or an empty one.
+// The main submap is too small to find the camera again: the growing one leads, or an empty one,
+// which begins with this frame.
 TrackingStep Atlas::GoOnElsewhere(const Frame& frame) {
   AtlasSubmap& given_up = *main_;
   lost_since_.reset();
   last_vain_look_.reset();
-  if (growing_) {
-    Lead(*std::exchange(growing_, std::nullopt)->submap);
-    Rest(given_up);
-    return main().Process(frame, MainContext());
-  }
-  Lead(Begin(EmptyLike(*given_up.session->snapshot()), false));
+  Lead(growing_ ? *std::exchange(growing_, std::nullopt)->submap
+                : Begin(EmptyLike(*given_up.session->snapshot()), false, 0));
   Rest(given_up);
-  return {{.state = TrackingState::kInitializing}};
+  return main().Process(frame, MainContext());
 }
 
 // After a frame was processed in the main submap: begins, continues, joins, promotes or ends the
@@ -125,7 +127,7 @@ ImagePose Atlas::ProcessGrowing(const Frame& frame, const TrackingStep& in_main)
     return since && frame.timestamp - *since >= seconds;
   };
   note(!is_found, lost_since_);
-  if (in_main.keyframe) LookFor(frame, main());
+  if (in_main.keyframe) LookFor(frame, *main_);
   if (!growing_ && !have_passed(kPatience, lost_since_)) return in_main.pose;
   if (!growing_ || (!is_found && have_passed(kPatience, growing_->lost_since))) BeginGrowing();
   Session& session = growing_->session();
@@ -137,7 +139,7 @@ ImagePose Atlas::ProcessGrowing(const Frame& frame, const TrackingStep& in_main)
     return in_main.pose;
   }
   if (in_main.located) growing_->to_main.Add(frame.index, *in_main.located);
-  if (there.keyframe) LookFor(frame, session);
+  if (there.keyframe) LookFor(frame, *growing_->submap);
   if (!JoinGrowing()) {
     const bool is_larger =
         session.snapshot()->keyframes.size() > main().snapshot()->keyframes.size();
@@ -155,7 +157,7 @@ ImagePose Atlas::ProcessGrowing(const Frame& frame, const TrackingStep& in_main)
 void Atlas::BeginGrowing() {
   EndGrowing();
   main().Submit(AdoptAdjustment{});
-  growing_ = Growth{&Begin(EmptyLike(*main().snapshot()), false)};
+  growing_ = Growth{&Begin(EmptyLike(*main().snapshot()), false, main_->next_keyframe)};
 }
 
 // Ends the growing submap, if there is one: it waits.
@@ -183,6 +185,7 @@ bool Atlas::JoinGrowing() {
   if (!failure_) failure_ = session.failure();
   main().tracker().GoOnAs(std::move(session.tracker()), alignment->other_from_this.scale);
   AtlasSubmap& joined = *std::exchange(growing_, std::nullopt)->submap;
+  main_->next_keyframe = joined.next_keyframe;
   End(std::move(joined.session));
   Erase(joined);
   return true;
@@ -190,7 +193,8 @@ bool Atlas::JoinGrowing() {
 
 // Looks for a keyframe of a session in one of the waiting submaps, in turn, and joins that one with
 // the session's map once its place is known.
-void Atlas::LookFor(const Frame& keyframe, Session& session) {
+void Atlas::LookFor(const Frame& keyframe, AtlasSubmap& in) {
+  Session& session = *in.session;
   const std::vector<AtlasSubmap*> all = Waiting();
   if (all.empty()) return;
   AtlasSubmap& waiting = *all[turn_++ % all.size()];
@@ -206,19 +210,18 @@ void Atlas::LookFor(const Frame& keyframe, Session& session) {
   session.Submit(AdoptAdjustment{});  // queued commands may still move the map
   const auto waiting_from_world = align();
   if (!waiting_from_world) return;
-  if (JoinWaiting(waiting, waiting_from_world->other_from_this.Inverse(), session)) Erase(waiting);
-}
-
-// The first ids that are free in the map of a session.
-NextIds Atlas::FreeIdsIn(Session& session) const {
-  return {ids_.keyframe, session.Newest()->next_landmark, ids_.object};
+  if (JoinWaiting(waiting, waiting_from_world->other_from_this.Inverse(), in)) Erase(waiting);
 }
 
 bool Atlas::JoinWaiting(const AtlasSubmap& waiting, const Similarity& world_from_waiting,
-                        Session& session) {
-  const Submap joining = Renumbered(waiting.content, FreeIdsIn(session));
+                        AtlasSubmap& into) {
+  Session& session = *into.session;
+  const NextIds free{into.next_keyframe, session.Newest()->next_landmark, next_object_};
+  const Submap joining = Renumbered(waiting.content, free);
   if (!Join(joining, world_from_waiting, session)) return false;
-  ids_ = Behind(ids_, NextIdsOf(joining.map));
+  const NextIds next = NextIdsOf(joining.map);
+  into.next_keyframe = std::max(into.next_keyframe, next.keyframe);
+  next_object_ = std::max(next_object_, next.object);
   session.tracker().Adopt(joining.trajectory, world_from_waiting.scale);
   return true;
 }
@@ -277,7 +280,7 @@ void Atlas::JoinAll() {
   join_all(0, [&](const AtlasSubmap& submap) {
     const auto world_from_submap =
         PlaceIn(*main().snapshot(), main().tracker().trajectory(), submap, relocalizer);
-    return world_from_submap && JoinWaiting(submap, *world_from_submap, main());
+    return world_from_submap && JoinWaiting(submap, *world_from_submap, *main_);
   });
   for (size_t i = 0; i < waiting.size(); ++i)
     join_all(i + 1, [&](const AtlasSubmap& submap) { return JoinWaiting(submap, *waiting[i]); });
@@ -292,7 +295,9 @@ void Atlas::PromoteLargest() {
     return;
   AtlasSubmap& submap = **largest;
   Submap content = std::exchange(submap.content, {});
-  ids_ = Behind(ids_, NextIdsOf(content.map));
+  const NextIds next = NextIdsOf(content.map);
+  submap.next_keyframe = next.keyframe;
+  next_object_ = std::max(next_object_, next.object);
   submap.session = std::make_unique<Session>(config_, std::move(content.map), true);
   submap.session->tracker().Adopt(content.trajectory, 1);
   AtlasSubmap& smaller = *main_;
@@ -310,7 +315,9 @@ void Atlas::Lead(AtlasSubmap& submap) {
 // that is empty goes. Keeps its failure.
 void Atlas::Rest(AtlasSubmap& submap) {
   Session& session = *submap.session;
-  session.SubmitRest(AdoptAdjustment{});  // the adjustment would end with the session
+  // A background adjustment ends with the session: it is applied first. In live mode, which does
+  // not wait for it, it is lost, and Finish adjusts the map again.
+  session.SubmitRest(AdoptAdjustment{});
   if (!failure_) failure_ = session.failure();
   session.tracker().RefineTrajectory(*session.snapshot());
   submap.content = {*session.snapshot(), session.tracker().trajectory()};

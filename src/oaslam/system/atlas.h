@@ -20,6 +20,7 @@ namespace oaslam {
 struct AtlasSubmap {
   int number = 0;                    // of a run, each has its own
   std::unique_ptr<Session> session;  // null: it waits
+  uint32_t next_keyframe = 0;        // the id of the next new one; of a submap with a session
   // Of one that waits.
   Submap content{};
   Relocalizer relocalizer;  // with an index of its places
@@ -77,7 +78,6 @@ class Atlas {
     return main().tracker().IsInitializing() ||
            (growing_ && growing_->session().tracker().IsInitializing());
   }
-  bool IsMapping() const { return mapping_; }
   Session& main() { return *main_->session; }
   const Session& main() const { return *main_->session; }
   // The number of the main submap, in whose frame poses are reported.
@@ -97,15 +97,17 @@ class Atlas {
 
   // What the tracker of the main submap, or of the growing one, may do.
   TrackingContext MainContext();
-  TrackingContext GrowingContext() { return {MapUse::kExtend, mode_, &ids_}; }
+  TrackingContext GrowingContext() {
+    return {MapUse::kExtend, mode_, &growing_->submap->next_keyframe, &next_object_};
+  }
 
   ImagePose ProcessGrowing(const Frame& frame, const TrackingStep& in_main);
   TrackingStep GoOnElsewhere(const Frame& frame);
-  AtlasSubmap& Begin(Map map, bool has_map);
+  AtlasSubmap& Begin(Map map, bool has_map, uint32_t next_keyframe);
   void BeginGrowing();
   void EndGrowing();
   bool JoinGrowing();
-  void LookFor(const Frame& keyframe, Session& session);
+  void LookFor(const Frame& keyframe, AtlasSubmap& in);
   bool JoinWaiting(const AtlasSubmap& waiting, const Similarity& world_from_waiting,
                    Session& session);
   bool JoinWaiting(const AtlasSubmap& waiting, AtlasSubmap& into) const;
@@ -117,15 +119,14 @@ class Atlas {
   void Rest(AtlasSubmap& submap);
   void Erase(const AtlasSubmap& submap);
   void End(std::unique_ptr<Session> session);
-  NextIds FreeIdsIn(Session& session) const;
   std::vector<AtlasSubmap*> Waiting();
   bool MustStayMain() const;
 
   SlamConfig config_;
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
   bool mapping_ = true;
-  bool is_loaded_;  // the main submap, by the user
-  NextIds ids_;     // of keyframes and objects of the run
+  bool is_loaded_;        // the main submap, by the user
+  uint32_t next_object_;  // of the run
   // Those that wait in the order in which they began to.
   std::list<AtlasSubmap> submaps_;
   AtlasSubmap* main_ = nullptr;

@@ -66,7 +66,9 @@ class LateDetections : public testing::Test {
     }
   }
 
-  TrackingContext Context() { return {.ids = &ids_}; }
+  TrackingContext Context() {
+    return {.next_keyframe = &next_keyframe_, .next_object = &next_object_};
+  }
 
   static Map NewMap(const Camera& camera) {
     Map map;
@@ -82,7 +84,7 @@ class LateDetections : public testing::Test {
   std::vector<Ellipsoid> things_ = Things();
   std::vector<TrackingState> states_;
   int seen_ = 0;
-  NextIds ids_;
+  uint32_t next_keyframe_ = 0, next_object_ = 0;
 };
 
 TEST_F(LateDetections, MapTheObjectsOfDetectionsThatComeAtOnce) {

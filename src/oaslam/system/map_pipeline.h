@@ -17,8 +17,8 @@ namespace oaslam {
 // the mapper works inside Submit. Lockstep: the mapper has its own thread, and the tracker of frame
 // k gets exactly the snapshot that contains the commands of frames up to k - lag, so that results
 // are the same on every run. Live: the mapper has its own thread, and the tracker gets the newest
-// snapshot. The tracker makes no keyframe before the last one is in the map, which keeps the queue
-// short; kMaxQueued bounds it in any case. An exception of the mapper (memory runs out, an
+// snapshot. The tracker mostly makes no keyframe before the last one is in the map, which keeps the
+// queue short; kMaxQueued bounds it in any case. An exception of the mapper (memory runs out, an
 // invariant is violated) ends the mapping, not the program: the map stays as it was before the
 // command that failed, later commands are dropped, and no call waits any longer.
 class MapPipeline {

@@ -132,7 +132,7 @@ TEST(Pipeline, MayEndAtAnyMoment) {
       SlamConfig config;
       config.runner.mode = mode;
       Session session(config, EmptyMap(), false);
-      NextIds ids;
+      uint32_t next_keyframe = 0, next_object = 0;
       Rng rng(7);
       for (int i = 0; i < end; ++i)
         session.Process(
@@ -141,7 +141,7 @@ TEST(Pipeline, MayEndAtAnyMoment) {
              0,
              synthetic::MakeView(world, synthetic::PoseOnArc({}, -20 + 0.8 * i), {}, rng).features,
              {}},
-            {.ids = &ids});
+            {.next_keyframe = &next_keyframe, .next_object = &next_object});
       if (end % 2 == 0) {
         EXPECT_THAT(session.Newest()->CheckInvariants(), IsEmpty());
       }  // else it ends with commands in the queue

@@ -13,8 +13,9 @@ namespace oaslam {
 // and a loop, which makes chains shorter, takes them back.
 class MapDrift {
  public:
-  // The variance of the place of a keyframe relative to the first one, in units of a chain's link
-  // between views that share nothing. Looks at all keyframes after a loop or a joining only.
+  // The length of the shortest chain of views from the first keyframe to this one: a link between
+  // views that share nothing has length 1. It is the variance of the keyframe's place in these
+  // units. Looks at all keyframes after a loop or a joining only.
   double LinksTo(const Map& map, KeyframeId id);
 
  private:

@@ -14,15 +14,15 @@ void ObjectWatch::Await(const Frame& frame) {
   if (awaited_.size() > kWithImage) awaited_[awaited_.size() - 1 - kWithImage].frame.image.reset();
 }
 
-int ObjectWatch::Observe(const TrackedFrame& seen, const Map& map, NextIds& ids) {
+int ObjectWatch::Observe(const TrackedFrame& seen, const Map& map, uint32_t& next_object) {
   if (seen.frame.detections_follow) {
     awaited_.back() = seen;
     return 0;
   }
-  tracks_.next_object = ids.object;
+  tracks_.next_object = next_object;
   ObjectAssociation association = AssociateObjects(seen, map, std::move(tracks_), config_);
   tracks_ = std::move(association.tracks);
-  ids.object = tracks_.next_object;
+  next_object = tracks_.next_object;
   int objects = 0;
   for (ObjectSighting& sighting : association.sightings) {
     const auto now = map.ResolveObject(sighting.object);

@@ -20,7 +20,7 @@ class ObjectWatch {
   void Await(const Frame& frame);
   // Associates the detections of an image with a pose, and returns how many mapped objects it
   // shows. Where they are still to come, keeps the pose of the image, which is the newest one.
-  int Observe(const TrackedFrame& seen, const Map& map, NextIds& ids);
+  int Observe(const TrackedFrame& seen, const Map& map, uint32_t& next_object);
   // Removes and returns an image whose detections come now, with a pose relative to a keyframe
   // (none: `reference` is invalid). Those before it are given up. Nothing where it was given up.
   std::optional<TrackedFrame> TakeAwaited(int frame_index);
@@ -31,8 +31,8 @@ class ObjectWatch {
   std::vector<ObjectId> ObjectsIn(const Frame& frame) const;
   // Follows a map of which all lengths were multiplied by `factor`.
   void Scale(double factor);
-  // What another watch has seen, whose map was joined with this one's, comes before what this one
-  // has.
+  // Takes the sightings of another watch, whose map was joined with this one's, and puts them
+  // before its own.
   void AddBefore(ObjectWatch other);
 
  private:

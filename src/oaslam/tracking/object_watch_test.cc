@@ -36,7 +36,7 @@ class ObjectWatchTest : public testing::Test {
   synthetic::World world_ = synthetic::MakeWorld({});
   Map map_ = synthetic::MakeMap(world_, {}).map;
   Rng rng_{3};
-  NextIds ids_{.object = 7};
+  uint32_t next_object_ = 7;
   ObjectWatch watch_{ObjectsConfig{}};
 };
 
@@ -44,8 +44,8 @@ class ObjectWatchTest : public testing::Test {
 TEST_F(ObjectWatchTest, NewObjectsGetFreeIds) {
   ObjectWatch other{ObjectsConfig{}};
   const TrackedFrame seen = SeenAt(0);
-  watch_.Observe(seen, map_, ids_);
-  other.Observe(seen, map_, ids_);
+  watch_.Observe(seen, map_, next_object_);
+  other.Observe(seen, map_, next_object_);
   const auto here = watch_.TakeSightings(), there = other.TakeSightings();
   ASSERT_EQ(here.size(), 1U);
   ASSERT_EQ(there.size(), 1U);
@@ -59,7 +59,7 @@ TEST_F(ObjectWatchTest, AnImageWaitsForItsDetectionsWithItsPose) {
   const TrackedFrame first = SeenAt(0, true), second = SeenAt(1, true);
   watch_.Await(first.frame);
   watch_.Await(second.frame);
-  EXPECT_EQ(watch_.Observe(second, map_, ids_), 0);
+  EXPECT_EQ(watch_.Observe(second, map_, next_object_), 0);
   EXPECT_FALSE(watch_.TakeAwaited(2));
   ObjectWatch scaled = watch_;
   scaled.Scale(2);
@@ -79,8 +79,8 @@ TEST_F(ObjectWatchTest, AnImageWithoutAPoseWaitsWithoutOne) {
 
 TEST_F(ObjectWatchTest, SightingsOfAnotherComeFirst) {
   ObjectWatch other{ObjectsConfig{}};
-  other.Observe(SeenAt(0), map_, ids_);
-  watch_.Observe(SeenAt(1), map_, ids_);
+  other.Observe(SeenAt(0), map_, next_object_);
+  watch_.Observe(SeenAt(1), map_, next_object_);
   watch_.AddBefore(std::move(other));
   const auto sightings = watch_.TakeSightings();
   ASSERT_EQ(sightings.size(), 2U);

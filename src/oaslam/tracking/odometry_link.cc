@@ -103,7 +103,7 @@ std::optional<CameraMotion> OdometryLink::MotionBetween(
         (IsYoung(newest.timestamp) ? kSigmaOfDepthIfYoung : kSigmaOfDepth) * unit_->length *
             MedianDepth(*now);
   }
-  // A way that is not known looks like a turn.
+  // Where the way is not known, part of what looks like a turn may be a way.
   const double least_turn = motion.is_turn ? kUnknownWay : kLeastTurn;
   motion.sigma_rotation =
       kSigmaOfTurn * Eigen::AngleAxisd(Eigen::Quaterniond(motion.cam_from_cam.rotation)).angle() +

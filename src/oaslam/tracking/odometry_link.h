@@ -12,8 +12,8 @@
 
 namespace oaslam {
 
-// The error of a position that nothing tells but a hand's usual way in a tenth of a second, as a
-// share of the depth: a guess.
+// How far a hand mostly moves a camera in a tenth of a second, as a share of the depth: a guess. It
+// is the error of a position where nothing tells how far the camera has moved.
 inline constexpr double kUnknownWay = 0.03;
 
 // The camera's motion between two images, in the unit of the map.
@@ -31,7 +31,8 @@ struct OdometryPrediction {
   double depth = 0;      // median, of the points that the odometry follows; map units
 };
 
-// How the odometry's frame and unit lie in the map, as the images tell whose pose the map gave.
+// How the odometry's frame and unit lie in the map. It learns this from images whose pose the map
+// gave.
 class OdometryLink {
  public:
   // Begins with a map in the frame and the unit of the odometry. `frame` is that of its newest

@@ -72,7 +72,8 @@ TrackReport Tracker::Confirm(const Frame& frame, const Map& map, const Relocaliz
   return tracked;
 }
 
-// A pose that is too uncertain for tracking.max_object_sigma is given at once, and not kept.
+// A pose that is too uncertain for tracking.max_object_sigma is reported, but does not enter the
+// trajectory.
 TrackingStep Tracker::PlaceByObjects(const Frame& frame, const Map& map,
                                      const Relocalization& found, const TrackingContext& context) {
   const bool is_sure = found.objects.relative_sigma <= config_.tracking.max_object_sigma;

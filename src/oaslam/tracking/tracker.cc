@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "oaslam/relocalization/by_points.h"
-#include "oaslam/tracking/continuity.h"
 #include "oaslam/tracking/following.h"
 #include "oaslam/tracking/frames_before_map.h"
 #include "oaslam/util/stopwatch.h"
@@ -81,8 +80,8 @@ TrackingStep Tracker::Initialize(const Frame& frame, const TrackingContext& cont
   auto& phase = std::get<Initializing>(phase_);
   std::optional<InitialMap> initial = phase.initializer.Process(frame);
   if (!initial) return step;
-  phase.first = initial->first_id = KeyframeId(context.ids->keyframe++);
-  phase.second = initial->second_id = KeyframeId(context.ids->keyframe++);
+  phase.first = initial->first_id = KeyframeId((*context.next_keyframe)++);
+  phase.second = initial->second_id = KeyframeId((*context.next_keyframe)++);
   trajectory_.Clear();
   for (const auto& [image, id] :
        {std::pair{initial->first, phase.first}, std::pair{frame, phase.second}})
@@ -241,7 +240,7 @@ Following& Tracker::Remember(const TrackedFrame& seen, const TrackReport& tracke
 void Tracker::ObserveObjects(const TrackedFrame& seen, const Map& map,
                              const TrackingContext& context, TrackingStep& step) {
   const Stopwatch watch;
-  step.pose.objects = objects_.Observe(seen, map, *context.ids);
+  step.pose.objects = objects_.Observe(seen, map, *context.next_object);
   step.ms_objects = watch.WallMs();
 }
 
@@ -250,7 +249,7 @@ void Tracker::MakeKeyframe(const TrackedFrame& seen, const Map& map, const Track
   const Frame& frame = seen.frame;
   const KeyframeNeed need = keyframes_.Need(frame, map, tracked, step.pose.state, link_);
   if (need == KeyframeNeed::kNone) return;
-  const KeyframeId id(context.ids->keyframe++);
+  const KeyframeId id((*context.next_keyframe)++);
   link_.AddKeyframe(id, frame);
   keyframes_.Made(id, frame.timestamp, tracked.inliers);
   trajectory_.MakeKeyframe(frame.index, id);
@@ -301,9 +300,7 @@ void Tracker::Scale(double factor) {
 
 void Tracker::ForceRelocalization(const std::optional<Rigid3>& near) {
   search_.Forget();
-  if (auto* lost = std::get_if<Lost>(&phase_))
-    lost->prior = near;
-  else if (std::holds_alternative<Following>(phase_))
+  if (std::holds_alternative<Following>(phase_) || std::holds_alternative<Lost>(phase_))
     phase_ = Lost{.prior = near, .is_pose_doubted = true};
 }
 
@@ -366,7 +363,7 @@ std::optional<TrackingStep> Tracker::AddDetections(int frame_index,
                      .source = PoseSource::kMap,
                      .cam_from_world = late->cam_from_world,
                      .inliers = late->inliers}};
-  step.pose.objects = objects_.Observe(*late, map, *context.ids);
+  step.pose.objects = objects_.Observe(*late, map, *context.next_object);
   return step;
 }
 

@@ -39,8 +39,8 @@ struct Following {
 
 // The camera is looked for in the map.
 struct Lost {
-  // By the user (Tracker::ForceRelocalization): where the camera may be, world_from_cam; and
-  // whether the pose before is not to be believed.
+  // The user says (Tracker::ForceRelocalization) where to look first, world_from_cam, and that the
+  // camera may have jumped: then a new pose need not lie near the last one.
   std::optional<Rigid3> prior{};
   bool is_pose_doubted = false;
 };
@@ -53,8 +53,8 @@ struct TrackingStep {
   ImagePose pose;
   std::optional<MapCommand> command{};   // for the mapper
   std::optional<KeyframeId> keyframe{};  // that the image becomes
-  // A pose of a lost camera by objects, and any while another submap grows: images with a pose in
-  // two submaps tell how these lie to each other (SubmapLink).
+  // The pose in this submap where it may tell how another one lies to it (SubmapLink): where it is
+  // by objects alone, and while another submap grows.
   std::optional<Relocalization> located{};
   double ms_objects = 0;
 };

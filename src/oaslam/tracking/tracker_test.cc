@@ -50,8 +50,8 @@ class TrackerTest : public testing::Test {
   synthetic::World world_ = synthetic::MakeWorld({});
   std::shared_ptr<const Camera> camera_ = std::make_shared<const Camera>(world_.camera);
   Rng rng_{7};
-  NextIds ids_;
-  TrackingContext context_{.ids = &ids_};
+  uint32_t next_keyframe_ = 0, next_object_ = 0;
+  TrackingContext context_{.next_keyframe = &next_keyframe_, .next_object = &next_object_};
   Mapper mapper_{{}, EmptyMap()};
   Tracker tracker_{{}, false};
   std::shared_ptr<const Map> map_;
@@ -144,20 +144,21 @@ TEST_F(TrackerTest, GivesUpASmallMapUnlessItIsWanted) {
 // A map that is only read, or is held while another one grows, gets no keyframes.
 TEST_F(TrackerTest, AddsKeyframesOnlyWhereItMay) {
   for (int i = 0; i < 50; ++i) Track(View(i, -20 + 0.4 * i));
-  const uint32_t keyframes = ids_.keyframe;
+  const uint32_t keyframes = next_keyframe_;
   for (const MapUse use : {MapUse::kHold, MapUse::kRead}) {
     Tracker tracker = tracker_;
     for (int i = 50; i < 110; ++i) {
-      const TrackingStep step =
-          tracker.Track(View(i, -20 + 0.4 * i), *map_, {.use = use, .ids = &ids_});
+      const TrackingStep step = tracker.Track(
+          View(i, -20 + 0.4 * i), *map_,
+          {.use = use, .next_keyframe = &next_keyframe_, .next_object = &next_object_});
       EXPECT_FALSE(step.keyframe || step.command);
       EXPECT_EQ(step.located.has_value(),
                 use == MapUse::kHold && step.pose.state == TrackingState::kTracking);
     }
-    EXPECT_EQ(ids_.keyframe, keyframes);
+    EXPECT_EQ(next_keyframe_, keyframes);
   }
   for (int i = 50; i < 110; ++i) Track(View(i, -20 + 0.4 * i));
-  EXPECT_GT(ids_.keyframe, keyframes);
+  EXPECT_GT(next_keyframe_, keyframes);
 }
 
 }  // namespace

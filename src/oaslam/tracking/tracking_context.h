@@ -1,6 +1,7 @@
 #pragma once
 
-#include "oaslam/map/next_ids.h"
+#include <cstdint>
+
 #include "oaslam/types.h"
 
 namespace oaslam {
@@ -18,8 +19,10 @@ enum class MapUse {
 struct TrackingContext {
   MapUse use = MapUse::kExtend;
   RelocalizationMode search = RelocalizationMode::kPointsAndObjects;
-  // Gives the ids of new keyframes and objects, which no two submaps of a run share.
-  NextIds* ids = nullptr;
+  // The ids of the next new keyframe of the submap, and of the next new object of the run: two
+  // submaps that are tracked side by side share neither.
+  uint32_t* next_keyframe = nullptr;
+  uint32_t* next_object = nullptr;
 
   bool IsMapping() const { return use != MapUse::kRead; }
 };
