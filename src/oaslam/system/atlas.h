@@ -109,7 +109,7 @@ class Atlas {
   bool JoinGrowing();
   void LookFor(const Frame& keyframe, AtlasSubmap& in);
   bool JoinWaiting(const AtlasSubmap& waiting, const Similarity& world_from_waiting,
-                   Session& session);
+                   AtlasSubmap& into);
   bool JoinWaiting(const AtlasSubmap& waiting, AtlasSubmap& into) const;
   std::optional<Similarity> PlaceIn(const Map& world, const std::vector<FramePose>& trajectory,
                                     const AtlasSubmap& waiting, Relocalizer& relocalizer) const;
