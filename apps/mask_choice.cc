@@ -11,8 +11,8 @@
 #include "oaslam/formats/camera_mask.h"
 #include "oaslam/image_source.h"
 #include "oaslam/images/camera_source.h"
-#include "oaslam/relocalization/frame_maker.h"
 #include "oaslam/odometry/still_parts.h"
+#include "oaslam/relocalization/frame_maker.h"
 #include "readable_images.h"
 
 namespace oaslam::apps {

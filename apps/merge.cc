@@ -5,8 +5,8 @@
 #include "commands.h"
 #include "common.h"
 #include "oaslam/error.h"
-#include "oaslam/system/map_merging.h"
 #include "oaslam/storage/map_file.h"
+#include "oaslam/system/map_merging.h"
 
 namespace oaslam::apps {
 namespace {

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "oaslam/geometry/pose_step.h"
-#include "oaslam/relocalization/frame_maker.h"
 #include "oaslam/odometry/point_flow.h"
 #include "oaslam/odometry/window.h"
+#include "oaslam/relocalization/frame_maker.h"
 #include "oaslam/util/rng.h"
 #include "picture.h"
 

@@ -11,9 +11,9 @@
 #include "oaslam/bundle/self_calibration.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/images/focal_metadata.h"
+#include "oaslam/odometry/still_parts.h"
 #include "oaslam/relocalization/frame_maker.h"
 #include "oaslam/relocalization/snapshot_content.h"
-#include "oaslam/odometry/still_parts.h"
 #include "oaslam/slam.h"
 #include "oaslam/util/log.h"
 

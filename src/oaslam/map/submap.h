@@ -6,8 +6,8 @@
 
 namespace oaslam {
 
-// A map with a frame and a unit of its own, and the poses of the frames from which it was made. In a
-// map file no two submaps share an id.
+// A map with a frame and a unit of its own, and the poses of the frames from which it was made. In
+// a map file no two submaps share an id.
 struct Submap {
   Map map;
   std::vector<FramePose> trajectory;  // ascending by frame

@@ -176,8 +176,9 @@ TEST(Association, OnlyWhatTheLensShowsIsMissed) {
     map.cameras = {camera};
     const Eigen::Vector3d ray = RayOf(camera, {camera.cx, y});
     map.objects.Insert(ObjectId(7), MappedCup(4 * ray));
-    const auto found = AssociateObjects(FrameWith(0, {{1, 0.9, {10, 10, 60, 60}, 0}}), map,
-                                        ObjectTracks::ContinueFrom(map), {});
+    TrackedFrame seen = FrameWith(0, {{1, 0.9, {10, 10, 60, 60}, 0}});
+    seen.frame.camera = std::make_shared<const Camera>(camera);
+    const auto found = AssociateObjects(seen, map, ObjectTracks::ContinueFrom(map), {});
     const auto missed = std::ranges::count(found.sightings, false, &ObjectSighting::detected);
     EXPECT_EQ(missed, y > 0 ? 1 : 0) << y;
   }

@@ -84,6 +84,7 @@ TEST(RelocalizeByPoints, WhatShouldBeThereAndIsNotCountsAgainstAPose) {
   for (uint32_t k = 0; k < view.features->keypoints.size(); ++k)
     if (view.features->keypoints[k].px.x() < view.features->bounds.Width() / 4) kept.push_back(k);
   Frame part;
+  part.camera = view.camera;
   part.features = std::make_shared<const Features>(view.features->Selected(kept));
   const Relocalization found = RelocalizeByPoints(part, f.mapped.map, f.index, {}, rng);
   EXPECT_GT(found.points.inliers, 50);

@@ -4,9 +4,9 @@
 #include <optional>
 
 #include "oaslam/config.h"
-#include "oaslam/relocalization/landmark_index.h"
 #include "oaslam/map/map.h"
 #include "oaslam/map/relocalization.h"
+#include "oaslam/relocalization/landmark_index.h"
 #include "oaslam/relocalization/object_trails.h"
 #include "oaslam/util/rng.h"
 

@@ -4,9 +4,9 @@
 #include <memory>
 
 #include "oaslam/class_names.h"
-#include "oaslam/relocalization/landmark_index.h"
 #include "oaslam/map/map.h"
 #include "oaslam/map_snapshot.h"
+#include "oaslam/relocalization/landmark_index.h"
 #include "oaslam/storage/map_file.h"
 
 namespace oaslam {

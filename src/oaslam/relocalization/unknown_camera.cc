@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/relocalization/frame_search.h"
 #include "oaslam/map/camera_replacement.h"
 #include "oaslam/relocalization/by_points.h"
+#include "oaslam/relocalization/frame_search.h"
 
 namespace oaslam {
 namespace {

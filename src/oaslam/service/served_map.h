@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "oaslam/anchors/editing.h"
-#include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/map_localizer.h"
+#include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/service/map_store.h"
 
 namespace oaslam {

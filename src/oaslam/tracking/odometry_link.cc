@@ -83,12 +83,12 @@ bool OdometryLink::IsYoung(double timestamp) const { return timestamp - map_bega
 
 // While the odometry does not know how far the camera has moved, it still knows how it has turned.
 // `newest` tells the motions as the odometry knows them by now.
-std::optional<CameraMotion> OdometryLink::MotionBetween(
+std::optional<MotionInMap> OdometryLink::MotionBetween(
     const std::shared_ptr<const FrameMotion>& before, const std::shared_ptr<const FrameMotion>& now,
     const Frame& newest) const {
   if (!before || !now || before->run != now->run || newest.motion->run != now->run)
     return std::nullopt;
-  CameraMotion motion;
+  MotionInMap motion;
   motion.cam_from_cam =
       CamFromOdom(*now, *newest.motion).value_or(now->cam_from_odom) *
       CamFromOdom(*before, *newest.motion).value_or(before->cam_from_odom).Inverse();
@@ -111,12 +111,12 @@ std::optional<CameraMotion> OdometryLink::MotionBetween(
   return motion;
 }
 
-std::optional<CameraMotion> OdometryLink::MotionSince(
+std::optional<MotionInMap> OdometryLink::MotionSince(
     const std::shared_ptr<const FrameMotion>& before, const Frame& frame) const {
   return frame.motion ? MotionBetween(before, frame.motion, frame) : std::nullopt;
 }
 
-std::optional<CameraMotion> OdometryLink::MotionSinceKeyframe(const Frame& frame) const {
+std::optional<MotionInMap> OdometryLink::MotionSinceKeyframe(const Frame& frame) const {
   return keyframes_.empty() ? std::nullopt : MotionSince(keyframes_.back().second, frame);
 }
 

@@ -17,7 +17,7 @@ namespace oaslam {
 inline constexpr double kUnknownWay = 0.03;
 
 // The camera's motion between two images, in the unit of the map.
-struct CameraMotion {
+struct MotionInMap {
   Rigid3 cam_from_cam;  // the later camera from the earlier one
   double sigma_position = 0, sigma_rotation = 0;
   bool is_turn = false;  // how far the camera has moved is not known
@@ -51,9 +51,9 @@ class OdometryLink {
   // seen for too long.
   std::optional<OdometryPrediction> Predict(const Frame& frame, const Map& map, MapUse use) const;
   // The motion from an earlier image; nothing where the odometry has lost its way in between.
-  std::optional<CameraMotion> MotionSince(const std::shared_ptr<const FrameMotion>& before,
-                                          const Frame& frame) const;
-  std::optional<CameraMotion> MotionSinceKeyframe(const Frame& frame) const;
+  std::optional<MotionInMap> MotionSince(const std::shared_ptr<const FrameMotion>& before,
+                                         const Frame& frame) const;
+  std::optional<MotionInMap> MotionSinceKeyframe(const Frame& frame) const;
   // The motion to the newest keyframe, and to those before it that lie in the odometry's window, as
   // the odometry knows them by now. It goes on correcting them: otherwise the chain of motions
   // would keep its errors.
@@ -86,9 +86,9 @@ class OdometryLink {
   };
 
   void Learn(const TrackedFrame& seen, const Map& map, const TrackedFrame* before);
-  std::optional<CameraMotion> MotionBetween(const std::shared_ptr<const FrameMotion>& before,
-                                            const std::shared_ptr<const FrameMotion>& now,
-                                            const Frame& newest) const;
+  std::optional<MotionInMap> MotionBetween(const std::shared_ptr<const FrameMotion>& before,
+                                           const std::shared_ptr<const FrameMotion>& now,
+                                           const Frame& newest) const;
   bool IsYoung(double timestamp) const;
 
   std::optional<Unit> unit_;
