@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "oaslam/bundle/by_point.h"
 #include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/geometry/pose_step.h"
@@ -52,13 +51,15 @@ class IntrinsicsProblem {
   IntrinsicsProblem(std::span<const RollingMeasurement> measurements, const IntrinsicsPrior& prior,
                     double huber_chi2, const IntrinsicsState& state)
       : measurements_(measurements),
-        by_point_(measurements, state.points.size()),
         prior_(prior),
         prior_information_(PriorInformation(prior)),
         huber_chi2_(huber_chi2),
         cross_(measurements.size()),
         by_pose_(state.poses.size()),
         points_(state.points.size()) {
+    first_.assign(state.points.size() + 1, 0);
+    for (const RollingMeasurement& s : measurements) ++first_[s.point + 1];
+    for (size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
     is_left_out_.resize(state.points.size());
     for (size_t p = 0; p < state.points.size(); ++p) is_left_out_[p] = IsBehind(state, p);
   }
@@ -103,7 +104,7 @@ class IntrinsicsProblem {
     for (size_t point = 0; point < points_.size(); ++point) {
       const PointBlock& b = points_[point];
       Eigen::Vector3d back = -b.gradient - b.by_intrinsics.transpose() * of_camera;
-      for (int i = by_point_.First(point); i < by_point_.End(point); ++i)
+      for (int i = first_[point]; i < first_[point + 1]; ++i)
         if (measurements_[i].pose > 0)
           back -= cross_[i].transpose() * step.segment<6>(RowOf(measurements_[i].pose));
       state.points[point] += b.inverse * back;
@@ -144,9 +145,9 @@ class IntrinsicsProblem {
   static int RowOf(int pose) { return 6 * (pose - 1); }
 
   bool IsBehind(const IntrinsicsState& state, size_t point) const {
-    return by_point_.IsBehind(point, [&](const RollingMeasurement& s) {
-      return (state.poses[s.pose] * state.points[point]).z();
-    });
+    for (int i = first_[point]; i < first_[point + 1]; ++i)
+      if ((state.poses[measurements_[i].pose] * state.points[point]).z() < kMinDepth) return true;
+    return false;
   }
 
   void LinearizePoint(const IntrinsicsState& state, const std::vector<Eigen::Matrix3d>& rotations,
@@ -156,11 +157,11 @@ class IntrinsicsProblem {
          MatrixSharedPoint::Zero()};
     if (is_left_out_[point] || IsBehind(state, point)) {
       // Behind a camera a point has no useful derivative: it is fixed and has no influence.
-      for (int i = by_point_.First(point); i < by_point_.End(point); ++i) cross_[i].setZero();
+      for (int i = first_[point]; i < first_[point + 1]; ++i) cross_[i].setZero();
       b.hessian.setIdentity();
       return;
     }
-    for (int i = by_point_.First(point); i < by_point_.End(point); ++i) {
+    for (int i = first_[point]; i < first_[point + 1]; ++i) {
       const RollingMeasurement& s = measurements_[i];
       const Eigen::Vector3d p =
           rotations[s.pose] * state.points[point] + state.poses[s.pose].translation;
@@ -218,13 +219,13 @@ class IntrinsicsProblem {
     const MatrixSharedPoint of_camera = b.by_intrinsics * b.inverse;
     system.block<kShared, kShared>(at, at).noalias() -= of_camera * b.by_intrinsics.transpose();
     right.tail<kShared>().noalias() += of_camera * b.gradient;
-    for (int i = by_point_.First(point); i < by_point_.End(point); ++i) {
+    for (int i = first_[point]; i < first_[point + 1]; ++i) {
       const int pose = measurements_[i].pose;
       if (pose == 0) continue;
       const Matrix63 scaled = cross_[i] * b.inverse;
       right.segment<6>(RowOf(pose)).noalias() += scaled * b.gradient;
       system.block<kShared, 6>(at, RowOf(pose)).noalias() -= of_camera * cross_[i].transpose();
-      for (int j = by_point_.First(point); j < by_point_.End(point); ++j) {
+      for (int j = first_[point]; j < first_[point + 1]; ++j) {
         const int other = measurements_[j].pose;
         if (other > 0 && other <= pose)
           system.block<6, 6>(RowOf(pose), RowOf(other)).noalias() -= scaled * cross_[j].transpose();
@@ -233,10 +234,10 @@ class IntrinsicsProblem {
   }
 
   std::span<const RollingMeasurement> measurements_;
-  ByPoint<RollingMeasurement> by_point_;
   IntrinsicsPrior prior_;
   SharedStep prior_information_;
   double huber_chi2_;
+  std::vector<int> first_;  // index of the first measurement of each point
   // Points that are behind a camera from the start: their residuals would be wrong.
   std::vector<char> is_left_out_;
   std::vector<Matrix63> cross_;  // by measurement: pose by point

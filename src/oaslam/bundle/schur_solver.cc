@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 
-#include "oaslam/bundle/by_point.h"
 #include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/estimation/schur_system.h"
@@ -28,9 +27,11 @@ class ReprojectionProblem {
       : measurements_(measurements),
         motions_(motions),
         free_poses_(free_poses),
-        by_point_(measurements, state.points.size()),
         options_(options),
         system_(free_poses) {
+    first_.assign(state.points.size() + 1, 0);
+    for (const PointMeasurement& s : measurements) ++first_[s.point + 1];
+    for (size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
     const std::vector<Cam> cams = CamsOf(state);
     is_left_out_.resize(state.points.size());
     for (size_t point = 0; point < state.points.size(); ++point)
@@ -59,7 +60,7 @@ class ReprojectionProblem {
   void Linearize(const CamerasAndPoints& state) {
     const std::vector<Cam> cams = CamsOf(state);
     system_.Clear();
-    for (size_t point = 0; point < by_point_.points(); ++point) {
+    for (size_t point = 0; point + 1 < first_.size(); ++point) {
       Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
       Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
       if (is_left_out_[point] || IsBehind(point, state.points[point], cams)) {
@@ -67,7 +68,7 @@ class ReprojectionProblem {
         system_.AddLandmark(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero());
         continue;
       }
-      for (int i = by_point_.First(point); i < by_point_.End(point); ++i) {
+      for (int i = first_[point]; i < first_[point + 1]; ++i) {
         const PointMeasurement& s = measurements_[i];
         const Cam& cam = cams[s.pose];
         const Eigen::Vector3d p = cam.rotation * state.points[point] + cam.translation;
@@ -145,16 +146,18 @@ class ReprojectionProblem {
   }
 
   bool IsBehind(size_t point, const Eigen::Vector3d& x, const std::vector<Cam>& cams) const {
-    return by_point_.IsBehind(point, [&](const PointMeasurement& s) {
-      return cams[s.pose].rotation.row(2).dot(x) + cams[s.pose].translation.z();
-    });
+    for (int i = first_[point]; i < first_[point + 1]; ++i) {
+      const Cam& cam = cams[measurements_[i].pose];
+      if (cam.rotation.row(2).dot(x) + cam.translation.z() < kMinDepth) return true;
+    }
+    return false;
   }
 
   std::span<const PointMeasurement> measurements_;
   std::span<const MotionMeasurement> motions_;
   int free_poses_;
-  ByPoint<PointMeasurement> by_point_;
   SchurOptions options_;
+  std::vector<int> first_;  // index of the first measurement of each point
   // Points that are behind a camera from the start: their residuals would be wrong.
   std::vector<char> is_left_out_;
   SchurSystem<3> system_;

@@ -147,11 +147,8 @@ void Mapper::Finish() {
   windows_.clear();
   DescribeKeyframes(map_);
   undescribed_keyframes_.clear();
-  constexpr int kIterations = 20;  // at most; the start may be far from the minimum after a loop
   if (map_.keyframes.size() <= 2) return;
-  for (const std::vector<KeyframeId>& window : AdjustmentWindows(map_))
-    ApplyCorrection(WindowBundleAdjustment(map_, window, kIterations, config_.bundle), map_);
-  RefitMovedObjects(config_.objects, map_);
+  AdjustAll(config_, map_);
   ReviewPlaces(config_.objects, map_);
 }
 

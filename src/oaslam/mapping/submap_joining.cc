@@ -56,14 +56,17 @@ bool JoinSubmap(const Map& other, const Similarity& world_from_other, const Slam
   return Tie(before, joined, ties, rng, map);
 }
 
+void AdjustAll(const SlamConfig& config, Map& map) {
+  // At most: after a loop, and where submaps were joined, the start may be far from the minimum.
+  constexpr int kIterations = 20;
+  if (map.keyframes.size() <= 2) return;
+  for (const std::vector<KeyframeId>& window : AdjustmentWindows(map))
+    ApplyCorrection(WindowBundleAdjustment(map, window, kIterations, config.bundle), map);
+  RefitMovedObjects(config.objects, map);
+}
+
 void OptimizeSubmap(const SlamConfig& config, Map& map) {
-  constexpr int kIterations =
-      20;  // at most; joined submaps start with the error of their alignment
-  if (map.keyframes.size() > 2) {
-    for (const std::vector<KeyframeId>& window : AdjustmentWindows(map))
-      ApplyCorrection(WindowBundleAdjustment(map, window, kIterations, config.bundle), map);
-    RefitMovedObjects(config.objects, map);
-  }
+  AdjustAll(config, map);
   ++map.version;
 }
 

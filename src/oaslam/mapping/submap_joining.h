@@ -19,7 +19,10 @@ struct SubmapTies {
 bool JoinSubmap(const Map& other, const Similarity& world_from_other, const SlamConfig& config,
                 Rng& rng, Map& map, const SubmapTies& ties = {});
 
-// Adjusts all of a map on which no session works, and refits its objects.
+// Adjusts all of a map, window by window, and refits its objects. A map of two keyframes stays.
+void AdjustAll(const SlamConfig& config, Map& map);
+
+// The same for a map on which no session works: its version grows.
 void OptimizeSubmap(const SlamConfig& config, Map& map);
 
 }  // namespace oaslam

@@ -8,6 +8,20 @@
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
+namespace {
+
+// The answer of a search, which gets a fresh random generator: none depends on the images before.
+template <typename Search>
+RelocalizationResult AnswerOf(const SlamConfig& config, double ms_features, const Search& search) {
+  Rng rng(static_cast<uint64_t>(config.runner.seed));
+  const Stopwatch watch;
+  RelocalizationResult result = ResultOf(search(rng));
+  result.ms_features = ms_features;
+  result.ms = watch.WallMs();
+  return result;
+}
+
+}  // namespace
 
 RelocalizationResult ResultOf(const Relocalization& found) {
   RelocalizationResult result;
@@ -69,14 +83,10 @@ RelocalizationResult FindImage(const ImageInput& input, const Camera& camera,
     frame.detections = CheckedDetections(camera, input.detections);
     frame.gravity_in_cam = input.gravity_in_cam;
   }
-  const double ms_features = watch.WallMs();
-  Rng rng(static_cast<uint64_t>(config.runner.seed));
-  RelocalizationResult result =
-      ResultOf(relocalizer.Find(frame, map, has_image ? options.mode : RelocalizationMode::kObjects,
-                                rng, nullptr, options.prior));
-  result.ms_features = ms_features;
-  result.ms = watch.WallMs() - ms_features;
-  return result;
+  const RelocalizationMode mode = has_image ? options.mode : RelocalizationMode::kObjects;
+  return AnswerOf(config, watch.WallMs(), [&](Rng& rng) {
+    return relocalizer.Find(frame, map, mode, rng, nullptr, options.prior);
+  });
 }
 
 RelocalizationResult FindWithUnknownCamera(const ImageInput& input, const Camera& camera,
@@ -91,13 +101,9 @@ RelocalizationResult FindWithUnknownCamera(const ImageInput& input, const Camera
   frame.camera = std::make_shared<const Camera>(plain);
   frame.features = std::make_shared<const Features>(WithCamera(*frame.features, camera, plain));
   frame.detections = IdealDetections(plain, input.detections);
-  const double ms_features = watch.WallMs();
-  Rng rng(static_cast<uint64_t>(config.runner.seed));
-  RelocalizationResult result =
-      ResultOf(relocalizer.FindWithUnknownCamera(frame, map, options.mode, rng));
-  result.ms_features = ms_features;
-  result.ms = watch.WallMs() - ms_features;
-  return result;
+  return AnswerOf(config, watch.WallMs(), [&](Rng& rng) {
+    return relocalizer.FindWithUnknownCamera(frame, map, options.mode, rng);
+  });
 }
 
 }  // namespace oaslam

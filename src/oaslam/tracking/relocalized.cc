@@ -63,9 +63,8 @@ TrackReport Tracker::Confirm(const Frame& frame, const Map& map, const Relocaliz
   demands.radius_scale = kWiderSearch;
   TrackReport tracked = TrackLocalMap(frame, map, first, demands);
   if (!tracked.success || is_pose_doubted) return tracked;
-  const Rigid3 cam_from_reference =
-      tracked.cam_from_world * map.keyframes.At(tracked.reference).cam_from_world.Inverse();
-  const FramePose here{frame.index, frame.timestamp, tracked.reference, cam_from_reference,
+  const FramePose here{frame.index, frame.timestamp, tracked.reference,
+                       RelativeTo(map, tracked.reference, tracked.cam_from_world),
                        TrackingState::kRelocalized};
   tracked.success = IsContinuous(map, NewestPoses(trajectory_.poses(), frame.timestamp), map,
                                  {&here, 1}, Similarity());
@@ -104,13 +103,11 @@ ImagePose Tracker::PlaceByRegistration(const Frame& frame, const Map& map,
 // Keeps a pose that does not come from points of the map, for an image that has none. Tracking does
 // not continue from it.
 ImagePose Tracker::Record(const Frame& frame, const Map& map, const ImagePose& pose) {
-  const Rigid3& cam_from_world = *pose.cam_from_world;
-  const KeyframeId nearest = map.NearestKeyframe(cam_from_world.OriginInSource());
+  const KeyframeId nearest = map.NearestKeyframe(pose.cam_from_world->OriginInSource());
   if (!nearest.IsValid()) return {};
   if (!trajectory_.PoseOf(frame.index))
     trajectory_.Add({frame.index, frame.timestamp, nearest,
-                     cam_from_world * map.keyframes.At(nearest).cam_from_world.Inverse(),
-                     TrackingState::kObjects},
+                     RelativeTo(map, nearest, *pose.cam_from_world), TrackingState::kObjects},
                     frame, {});
   return pose;
 }

@@ -17,12 +17,17 @@ namespace {
 // until then the matches of an image are kept, about 5 KB each.
 constexpr int kRefineAfter = 150;
 
-// cam_from_reference of a pose.
-Rigid3 RelativeTo(const Map& map, KeyframeId reference, const Rigid3& cam_from_world) {
+FramePose FramePoseOf(const TrackedFrame& seen, TrackingState state) {
+  return {seen.frame.index, seen.frame.timestamp, seen.reference, seen.cam_from_reference, state};
+}
+
+}  // namespace
+
+Rigid3 Tracker::RelativeTo(const Map& map, KeyframeId reference, const Rigid3& cam_from_world) {
   return cam_from_world * map.keyframes.At(reference).cam_from_world.Inverse();
 }
 
-TrackedFrame Placed(const Frame& frame, const Map& map, const TrackReport& tracked) {
+TrackedFrame Tracker::Placed(const Frame& frame, const Map& map, const TrackReport& tracked) {
   return {frame,
           tracked.cam_from_world,
           tracked.reference,
@@ -31,12 +36,6 @@ TrackedFrame Placed(const Frame& frame, const Map& map, const TrackReport& track
           tracked.inliers,
           tracked.covariance};
 }
-
-FramePose FramePoseOf(const TrackedFrame& seen, TrackingState state) {
-  return {seen.frame.index, seen.frame.timestamp, seen.reference, seen.cam_from_reference, state};
-}
-
-}  // namespace
 
 Tracker::Tracker(const SlamConfig& config, bool map_is_loaded)
     : config_(config),

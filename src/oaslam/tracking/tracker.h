@@ -10,7 +10,6 @@
 
 #include "oaslam/config.h"
 #include "oaslam/map/frame_view.h"
-#include "oaslam/map/submap.h"
 #include "oaslam/mapping/map_command.h"
 #include "oaslam/tracking/image_pose.h"
 #include "oaslam/tracking/initializer.h"
@@ -123,6 +122,9 @@ class Tracker {
   void RefineTrajectory(const Map& map) { trajectory_.RefinePosesBefore(map, INT_MAX); }
 
  private:
+  // cam_from_reference of a pose.
+  static Rigid3 RelativeTo(const Map& map, KeyframeId reference, const Rigid3& cam_from_world);
+  static TrackedFrame Placed(const Frame& frame, const Map& map, const TrackReport& tracked);
   void Take(const Frame& frame);
   // Of each phase: what becomes of an image.
   TrackingStep Initialize(const Frame& frame, const TrackingContext& context);
