@@ -36,6 +36,7 @@ bool InsertInitialMap(const InitialMap& initial, Map& map) {
   constexpr size_t kFewestLandmarks = 15;  // tracking needs 15 inliers (TrackDemands)
   Map fresh;
   fresh.cameras = map.cameras;
+  fresh.version = map.version;
   fresh.next_landmark = map.next_landmark;
   fresh.classes = map.classes;
   fresh.keyframes.Insert(initial.first_id, MakeKeyframe(initial.first, {}, fresh));

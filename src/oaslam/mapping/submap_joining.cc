@@ -36,6 +36,7 @@ bool Tie(const std::vector<KeyframeId>& of_map, const std::vector<KeyframeId>& o
   for (const KeyframeId id : wanted.are_spread ? Spread(of_other) : of_other) {
     const auto tie = FindTie(map, id, untied, rng);
     if (!tie || !CorrectLoop(*tie, map, of_map.front())) continue;
+    ++map.loops_closed;
     Log(LogLevel::kDebug, fmt::format("submaps tied at keyframes {} and {} by {} landmarks",
                                       id.value, tie->old.value, tie->old_landmarks.size()));
     if (++ties == wanted.most) break;

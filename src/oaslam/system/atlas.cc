@@ -80,15 +80,17 @@ AtlasSubmap& Atlas::Begin(Map map, bool has_map, uint32_t next_keyframe) {
   return submaps_.back();
 }
 
+MapUse Atlas::use() const {
+  if (!mapping_) return MapUse::kRead;
+  return growing_ ? MapUse::kHold : MapUse::kExtend;
+}
+
 TrackingContext Atlas::MainContext() {
-  return {!mapping_  ? MapUse::kRead
-          : growing_ ? MapUse::kHold
-                     : MapUse::kExtend,
-          mode_, &main_->next_keyframe, &next_object_};
+  return {use(), mode_, &main_->next_keyframe, &next_object_};
 }
 
 bool Atlas::NeedsFeatures(double timestamp, const FrameMotion* motion) const {
-  return growing_ || lost_since_ || main().tracker().NeedsFeatures(timestamp, motion);
+  return growing_ || lost_since_ || main().tracker().NeedsFeatures(timestamp, motion, use());
 }
 
 TrackingStep Atlas::Process(const Frame& frame) {
@@ -120,6 +122,7 @@ TrackingStep Atlas::GoOnElsewhere(const Frame& frame) {
 // growing one. Returns the pose to report.
 ImagePose Atlas::ProcessGrowing(const Frame& frame, const TrackingStep& in_main) {
   const bool is_found = !IsLost(in_main.pose);
+  const bool is_seen = is_found && in_main.pose.seconds_without_map == 0;
   const auto note = [&](bool is_so, std::optional<double>& since) {
     if (!is_so || !since) since = is_so ? std::optional(frame.timestamp) : std::nullopt;
   };
@@ -133,7 +136,7 @@ ImagePose Atlas::ProcessGrowing(const Frame& frame, const TrackingStep& in_main)
   Session& session = growing_->session();
   const TrackingStep there = session.Process(frame, GrowingContext());
   note(IsLost(there.pose), growing_->lost_since);
-  note(is_found, growing_->found_since);
+  note(is_seen, growing_->found_since);
   if (session.tracker().HasGivenUp() || have_passed(kInBoth, growing_->found_since)) {
     EndGrowing();
     return in_main.pose;
@@ -377,7 +380,7 @@ void Atlas::Finish() {
     JoinAll();
     PromoteLargest();
   }
-  main().Finish(MainContext().use);
+  main().Finish(use());
   if (mapping_ && !failure())
     for (AtlasSubmap* waiting : Waiting()) OptimizeSubmap(config_, waiting->content.map);
 }

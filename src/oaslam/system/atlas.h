@@ -96,6 +96,7 @@ class Atlas {
   };
 
   // What the tracker of the main submap, or of the growing one, may do.
+  MapUse use() const;
   TrackingContext MainContext();
   TrackingContext GrowingContext() {
     return {MapUse::kExtend, mode_, &growing_->submap->next_keyframe, &next_object_};

@@ -43,6 +43,15 @@ std::vector<LandmarkId> LandmarksBefore(const Map& map, KeyframeId id) {
   return landmarks;
 }
 
+TrackReport ByMotionAlone(const OdometryPrediction& predicted) {
+  TrackReport report;
+  report.cam_from_world = predicted.expected.cam_from_world;
+  report.covariance = predicted.expected.Covariance();
+  report.reference = predicted.reference;
+  report.depth = predicted.depth;
+  return report;
+}
+
 }  // namespace
 
 TrackReport FollowMotion(const Frame& frame, const Map& map, const TrackedFrame& last,
@@ -65,7 +74,10 @@ TrackReport FollowMotion(const Frame& frame, const Map& map, const TrackedFrame&
   }
   TrackReport report =
       TrackByPrior(frame, map, expected, LandmarksBefore(map, predicted.reference), demands);
-  report.success = report.success && agrees(report);
+  if (!agrees(report)) {  // landmarks of a place that looks alike
+    report = ByMotionAlone(predicted);
+    report.landmarks.resize(frame.features->size());
+  }
   if (report.success) return report;
   report.reference = predicted.reference;
   if (!(report.depth > 0)) report.depth = predicted.depth;
@@ -90,10 +102,7 @@ TrackReport FollowWithoutMotion(const Frame& frame, const Map& map, const Tracke
 
 TrackReport CarryByMotion(const Frame& frame, const Map& map, const TrackedFrame& last,
                           const OdometryPrediction& predicted, Features& features) {
-  TrackReport carried;
-  carried.cam_from_world = predicted.expected.cam_from_world;
-  carried.reference = predicted.reference;
-  carried.covariance = predicted.expected.Covariance();
+  TrackReport carried = ByMotionAlone(predicted);
   const Features& before = *last.frame.features;
   for (size_t i = 0; i < last.landmarks.size(); ++i) {
     const LandmarkId id = last.landmarks[i];

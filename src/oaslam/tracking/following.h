@@ -7,8 +7,8 @@
 namespace oaslam {
 
 // Finds the pose of an image near the one that its motion predicts. Many landmarks may contradict
-// the prediction, few may not. Where it does not succeed, the report has the predicted pose and the
-// few landmarks that are in view. `last`: the newest image with a pose and features.
+// the prediction, few may not. Where it does not succeed, the report has the predicted pose, and
+// the few landmarks in view that agree with it. `last`: the newest image with a pose and features.
 TrackReport FollowMotion(const Frame& frame, const Map& map, const TrackedFrame& last,
                          const OdometryPrediction& predicted, const TrackDemands& demands);
 

@@ -3,11 +3,34 @@
 #include <optional>
 
 #include "oaslam/map/map.h"
-#include "oaslam/tracking/keyframe_decision.h"
 #include "oaslam/tracking/odometry_link.h"
 #include "oaslam/tracking/pose_tracking.h"
 
 namespace oaslam {
+
+struct KeyframeEvidence {
+  double seconds_since_keyframe = 0;
+  bool mapper_idle = true;       // the last keyframe is in the snapshot
+  int matched = 0, inliers = 0;  // landmarks of this frame, and those that agree with its pose
+  int reference_landmarks = 0;   // of the reference keyframe: those with enough observations
+  int inliers_at_keyframe = 0;   // of the newest keyframe, when it became one
+  // Where the pose goes on by odometry: whether its view has changed.
+  std::optional<bool> view_has_changed{};
+};
+
+enum class KeyframeNeed {
+  kNone,
+  kWanted,
+  // The view changes so fast that the next frame needs the landmarks of this one: the tracker waits
+  // for the mapper.
+  kUrgent,
+};
+
+// Whether a frame should become a keyframe: tracking is reliable, and the frame sees fewer than
+// nine tenths of its reference's landmarks or the last keyframe is a second ago. Where hardly any
+// landmark is in view and the pose goes on by odometry: whenever the view has changed, so that
+// there are landmarks again.
+KeyframeNeed NeedsKeyframe(const KeyframeEvidence& evidence);
 
 // Decides which images become keyframes, by what has changed since the newest one.
 class KeyframeMaker {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <ranges>
 #include <utility>
 
 namespace oaslam {
@@ -63,6 +64,11 @@ void ObjectWatch::Scale(double factor) {
 void ObjectWatch::AddBefore(ObjectWatch other) {
   sightings_.insert(sightings_.begin(), std::make_move_iterator(other.sightings_.begin()),
                     std::make_move_iterator(other.sightings_.end()));
+  const auto is_before = [&](const TrackedFrame& image) {
+    return awaited_.empty() || image.frame.index < awaited_.front().frame.index;
+  };
+  for (TrackedFrame& image : other.awaited_ | std::views::reverse)
+    if (is_before(image)) awaited_.push_front(std::move(image));
 }
 
 }  // namespace oaslam

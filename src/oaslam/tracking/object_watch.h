@@ -31,8 +31,7 @@ class ObjectWatch {
   std::vector<ObjectId> ObjectsIn(const Frame& frame) const;
   // Follows a map of which all lengths were multiplied by `factor`.
   void Scale(double factor);
-  // Takes the sightings of another watch, whose map was joined with this one's, and puts them
-  // before its own.
+  // Takes what another watch, whose map was joined with this one's, saw and awaits from before.
   void AddBefore(ObjectWatch other);
 
  private:

@@ -77,11 +77,14 @@ TEST_F(ObjectWatchTest, AnImageWithoutAPoseWaitsWithoutOne) {
   EXPECT_FALSE(late->reference.IsValid());
 }
 
-TEST_F(ObjectWatchTest, SightingsOfAnotherComeFirst) {
+TEST_F(ObjectWatchTest, WhatAnotherSawAndAwaitsComesFirst) {
   ObjectWatch other{ObjectsConfig{}};
   other.Observe(SeenAt(0), map_, next_object_);
   watch_.Observe(SeenAt(1), map_, next_object_);
+  for (const int image : {2, 3, 4}) other.Await(SeenAt(image, true).frame);
+  for (const int image : {4, 5}) watch_.Await(SeenAt(image, true).frame);
   watch_.AddBefore(std::move(other));
+  for (const int image : {2, 3, 4, 5}) EXPECT_TRUE(watch_.TakeAwaited(image)) << image;
   const auto sightings = watch_.TakeSightings();
   ASSERT_EQ(sightings.size(), 2U);
   EXPECT_LT(sightings[0].timestamp, sightings[1].timestamp);

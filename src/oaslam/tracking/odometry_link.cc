@@ -81,6 +81,12 @@ void OdometryLink::Scale(double factor) {
 
 bool OdometryLink::IsYoung(double timestamp) const { return timestamp - map_began_at_ < kYoung; }
 
+// In a map that is only read, the error grows until the map is found again.
+bool OdometryLink::IsTooLongAgo(double timestamp, MapUse use) const {
+  constexpr double kMaxUnmapped = 5;  // seconds
+  return use == MapUse::kRead && std::abs(timestamp - seen_at_) > kMaxUnmapped;
+}
+
 // While the odometry does not know how far the camera has moved, it still knows how it has turned.
 // `newest` tells the motions as the odometry knows them by now.
 std::optional<MotionInMap> OdometryLink::MotionBetween(
@@ -142,11 +148,9 @@ std::optional<OdometryPrediction> OdometryLink::Predict(const Frame& frame, cons
     const auto carried = map.ResolveKeyframe(tie.reference);
     const auto motion = carried ? MotionSince(tie.motion, frame) : std::nullopt;
     const double seconds = std::abs(frame.timestamp - seen_at_);
-    // Seconds without knowing how far the camera has moved; and in a map that is only read, where
-    // the error grows until the map is found again.
-    constexpr double kMaxTurning = 1, kMaxUnmapped = 5;
-    if (!motion || (motion->is_turn && seconds > kMaxTurning) ||
-        (use == MapUse::kRead && seconds > kMaxUnmapped))
+    // Seconds without knowing how far the camera has moved.
+    constexpr double kMaxTurning = 1;
+    if (!motion || (motion->is_turn && seconds > kMaxTurning) || IsTooLongAgo(frame.timestamp, use))
       continue;
     return OdometryPrediction{
         {motion->cam_from_cam * tie.cam_from_reference * carried->cam_from_carrier *
@@ -159,9 +163,9 @@ std::optional<OdometryPrediction> OdometryLink::Predict(const Frame& frame, cons
   return std::nullopt;
 }
 
-bool OdometryLink::CanCarry(double timestamp, const FrameMotion* motion) const {
+bool OdometryLink::CanCarry(double timestamp, const FrameMotion* motion, MapUse use) const {
   // A new map needs all the keyframes that it can get (docs/lab/odometry.md).
-  if (!unit_ || IsYoung(timestamp)) return false;
+  if (!unit_ || IsYoung(timestamp) || IsTooLongAgo(timestamp, use)) return false;
   return !motion || !(motion->is_preliminary || motion->is_keyframe || motion->run != unit_->run);
 }
 

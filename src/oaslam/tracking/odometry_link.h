@@ -59,7 +59,7 @@ class OdometryLink {
   // would keep its errors.
   std::vector<std::pair<KeyframeId, KeyframeMotion>> MotionsToKeyframes(const Frame& frame) const;
   // Whether the motion alone can give an image its pose. `motion`: null as long as it is not known.
-  bool CanCarry(double timestamp, const FrameMotion* motion) const;
+  bool CanCarry(double timestamp, const FrameMotion* motion, MapUse use) const;
 
   // The length of the odometry's unit in units of the map; nothing for an image of another run.
   std::optional<double> UnitFor(const Frame& frame) const;
@@ -90,6 +90,7 @@ class OdometryLink {
                                            const std::shared_ptr<const FrameMotion>& now,
                                            const Frame& newest) const;
   bool IsYoung(double timestamp) const;
+  bool IsTooLongAgo(double timestamp, MapUse use) const;  // since the map was seen
 
   std::optional<Unit> unit_;
   // The last image that See took, and keyframes since. Ascending; a keyframe at the end is not in

@@ -152,14 +152,17 @@ TEST_F(OdometryLinkTest, SendsMotionsAsTheOdometryKnowsThemByNow) {
 TEST_F(OdometryLinkTest, CarriesImagesOnceTheMapHasAnAge) {
   link_.Begin(FrameWith(MotionAt(0)), kFirst, 3);
   FrameMotion motion = MotionAt(1);
-  EXPECT_FALSE(link_.CanCarry(1, &motion));
-  EXPECT_TRUE(link_.CanCarry(3, nullptr));
-  EXPECT_TRUE(link_.CanCarry(3, &motion));
+  EXPECT_FALSE(link_.CanCarry(1, &motion, MapUse::kRead));
+  EXPECT_TRUE(link_.CanCarry(3, nullptr, MapUse::kRead));
+  EXPECT_TRUE(link_.CanCarry(3, &motion, MapUse::kRead));
+  // In a map that is only read it is looked for again before the pose is given up.
+  EXPECT_FALSE(link_.CanCarry(6, &motion, MapUse::kRead));
+  EXPECT_TRUE(link_.CanCarry(6, &motion, MapUse::kExtend));
   motion.is_keyframe = true;
-  EXPECT_FALSE(link_.CanCarry(3, &motion));
+  EXPECT_FALSE(link_.CanCarry(3, &motion, MapUse::kRead));
   motion.is_keyframe = false;
   motion.run = 1;
-  EXPECT_FALSE(link_.CanCarry(3, &motion));
+  EXPECT_FALSE(link_.CanCarry(3, &motion, MapUse::kRead));
 }
 
 }  // namespace

@@ -65,12 +65,12 @@ TrackingStep Tracker::PassOver(const Frame& frame, const Map& map, const Trackin
   return Miss(frame, map, context);
 }
 
-bool Tracker::NeedsFeatures(double timestamp, const FrameMotion* motion) const {
+bool Tracker::NeedsFeatures(double timestamp, const FrameMotion* motion, MapUse use) const {
   // Two images at 30 Hz may pass in between. Other values were not measured.
   constexpr double kSeconds = 0.08;
   const auto* following = std::get_if<Following>(&phase_);
   return !following || timestamp - following->last.frame.timestamp > kSeconds ||
-         !link_.CanCarry(timestamp, motion);
+         !link_.CanCarry(timestamp, motion, use);
 }
 
 TrackingStep Tracker::Initialize(const Frame& frame, const TrackingContext& context) {
@@ -175,7 +175,7 @@ TrackingStep Tracker::Continue(const Frame& frame, const Map& map, const TrackRe
       certainty_.Rate(frame, map, tracked, state, link_, context.use, following.seen_confidence)};
   ObserveObjects(seen, map, context, step);
   if (is_seen && context.use != MapUse::kHold) PlaceLostImages(seen, map);
-  if (context.use == MapUse::kHold)
+  if (is_seen && context.use == MapUse::kHold)
     step.located = TrackedAt(tracked.cam_from_world, map.MedianDepth(tracked.reference));
   if (context.use == MapUse::kRead) {
     TakeRest();

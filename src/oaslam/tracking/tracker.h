@@ -69,7 +69,7 @@ class Tracker {
   void Use(std::shared_ptr<const LandmarkIndex> index) { search_.Use(std::move(index)); }
 
   // As Atlas::NeedsFeatures.
-  bool NeedsFeatures(double timestamp, const FrameMotion* motion) const;
+  bool NeedsFeatures(double timestamp, const FrameMotion* motion, MapUse use) const;
   TrackingStep Track(const Frame& frame, const Map& map, const TrackingContext& context);
   // Takes note of an image without looking for the lost camera in it.
   TrackingStep PassOver(const Frame& frame, const Map& map, const TrackingContext& context);
