@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "oaslam/map/command.h"
 #include "oaslam/map/map.h"
+#include "oaslam/mapping/map_command.h"
 
 namespace oaslam {
 

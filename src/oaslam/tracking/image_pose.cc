@@ -1,7 +1,10 @@
 #include "oaslam/tracking/image_pose.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 #include "oaslam/tracking/odometry_link.h"
-#include "oaslam/tracking/pose_certainty.h"
 
 namespace oaslam {
 
@@ -30,6 +33,60 @@ Relocalization TrackedAt(const Rigid3& cam_from_world, double depth) {
   const double sigma = kTrackedSigma * depth;
   tracked.covariance.diagonal().head<3>().setConstant(sigma * sigma / 3);
   return tracked;
+}
+
+namespace {
+
+// Standard deviations of the place of landmarks in view, for each link of a chain of views
+// (MapDrift): as a share of the depth, half of how far the film's scales of single images are off
+// (OdometryLink::spread), and in radians. The first views of a map count as a quarter of a link.
+// Fitted on eleven films (docs/lab/uncertainty.md).
+constexpr double kOfSpread = 0.5, kMostSpread = 0.3, kTurnOfLink = 0.0025, kLeastLinks = 0.25;
+
+// A pose is uncertain where its position may be off by more than this share of the depth.
+constexpr double kFar = 0.1;
+
+// The probability that a position is off by less than a tenth of the depth (Maxwell's
+// distribution).
+double ProbablyNear(double sigma_of_depth) {
+  constexpr double kNear = 0.1;
+  const double x = kNear / std::max(sigma_of_depth, 1e-9);
+  return std::erf(x / std::numbers::sqrt2) -
+         std::sqrt(2 / std::numbers::pi) * x * std::exp(-x * x / 2);
+}
+
+// The probability that a pose near where the motion led is right, by the landmarks that agree; a
+// logistic curve fitted to hypotheses of relocalization.
+double ConfidenceOfTracked(int inliers) { return 1 / (1 + std::pow(inliers / 16.0 + 1e-9, -3.7)); }
+
+}  // namespace
+
+ImagePose PoseCertainty::Rate(const Frame& frame, const Map& map, const TrackReport& tracked,
+                              TrackingState state, const OdometryLink& link, MapUse use,
+                              double& seen_confidence) {
+  const bool is_seen = state != TrackingState::kOdometry;
+  ImagePose pose{
+      .state = state,
+      .source = is_seen && !frame.features_skipped ? PoseSource::kMap : PoseSource::kMotion,
+      .cam_from_world = tracked.cam_from_world,
+      .matched = tracked.matched,
+      .inliers = tracked.inliers,
+      .depth = tracked.depth};
+  const double links = drift_.LinksTo(map, tracked.reference);
+  const double off = std::sqrt(kLeastLinks + links);
+  const ExpectedPose map_error{
+      {}, pose.depth * kOfSpread * std::min(kMostSpread, link.spread()) * off, kTurnOfLink * off};
+  pose.covariance = tracked.covariance + map_error.Covariance();
+  pose.seconds_without_map = is_seen ? 0 : frame.timestamp - link.seen_at();
+  if (is_seen) seen_confidence = std::max(seen_confidence, ConfidenceOfTracked(pose.inliers));
+  const double sigma = std::sqrt(tracked.covariance.topLeftCorner<3, 3>().trace() / 3);
+  pose.confidence = seen_confidence * (pose.depth > 0 ? ProbablyNear(sigma / pose.depth) : 1);
+  const double agreeing = frame.motion ? frame.motion->agreeing : 1;
+  const bool may_have_parted =
+      use != MapUse::kRead && parting_.Update({frame.timestamp, pose.inliers, agreeing, links});
+  pose.is_uncertain = may_have_parted || pose.confidence < kSureConfidence ||
+                      SigmaOfPosition(pose.covariance) > kFar * pose.depth;
+  return pose;
 }
 
 }  // namespace oaslam

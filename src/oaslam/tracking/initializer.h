@@ -5,8 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "oaslam/map/command.h"
+#include "oaslam/map/map.h"
+#include "oaslam/mapping/map_command.h"
 #include "oaslam/matching/descriptor_match.h"
+#include "oaslam/tracking/pose_tracking.h"
 
 namespace oaslam {
 
@@ -45,5 +47,19 @@ class Initializer {
   std::deque<Frame> recent_;          // the newest included
   std::string why_not_;
 };
+
+// The pose of a frame that came before the map was made.
+struct FrameBeforeMap {
+  Frame frame;
+  FramePose pose;
+  std::vector<LandmarkId> landmarks;  // by key point; empty where it is by the motion alone
+};
+
+// Looks for the frames that came before the initial map about where the odometry has them: forward
+// from the map's first keyframe to its second, and backward from the first until tracking fails.
+// `now`: the motion of the second keyframe; `depth`: the median depth of its landmarks, map units.
+std::vector<FrameBeforeMap> PlaceFramesBeforeMap(const std::vector<Frame>& frames, const Map& map,
+                                                 KeyframeId first, const FrameMotion& now,
+                                                 double depth, const TrackDemands& demands);
 
 }  // namespace oaslam

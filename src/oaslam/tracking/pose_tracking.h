@@ -8,6 +8,7 @@
 #include "oaslam/config.h"
 #include "oaslam/estimation/pose_refinement.h"
 #include "oaslam/map/map.h"
+#include "oaslam/tracking/odometry_link.h"
 
 namespace oaslam {
 
@@ -70,5 +71,30 @@ TrackReport TrackByPrior(const Frame& frame, const Map& map, const ExpectedPose&
 TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const Features& before,
                                 const Rigid3& before_from_world, const TrackReport& tracked,
                                 const TrackDemands& demands);
+
+// The part of the map around a frame.
+struct LocalMap {
+  // First those that share landmarks with the frame, most shared first; then
+  // covisible keyframes of these.
+  std::vector<KeyframeId> keyframes;
+  std::vector<LandmarkId> landmarks;  // all landmarks of these keyframes, each once
+};
+
+LocalMap CollectLocalMap(const Map& map, std::span<const LandmarkId> matched, int max_keyframes);
+
+// Finds the pose of an image near the one that its motion predicts. Many landmarks may contradict
+// the prediction, few may not. Where it does not succeed, the report has the predicted pose, and
+// the few landmarks in view that agree with it. `last`: the newest image with a pose and features.
+TrackReport FollowMotion(const Frame& frame, const Map& map, const TrackedFrame& last,
+                         const OdometryPrediction& predicted, const TrackDemands& demands);
+
+// Where nothing tells how the camera moved, looks for it about its last pose.
+TrackReport FollowWithoutMotion(const Frame& frame, const Map& map, const TrackedFrame& last,
+                                const TrackDemands& demands);
+
+// Gives an image without features the predicted pose, and the landmarks of the last image where
+// they must be: these are returned as key points of `features`.
+TrackReport CarryByMotion(const Frame& frame, const Map& map, const TrackedFrame& last,
+                          const OdometryPrediction& predicted, Features& features);
 
 }  // namespace oaslam

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "oaslam/relocalization/by_points.h"
-#include "oaslam/tracking/following.h"
-#include "oaslam/tracking/frames_before_map.h"
+#include "oaslam/tracking/initializer.h"
+#include "oaslam/tracking/pose_tracking.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {

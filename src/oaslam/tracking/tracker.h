@@ -17,7 +17,6 @@
 #include "oaslam/tracking/lost_camera.h"
 #include "oaslam/tracking/object_watch.h"
 #include "oaslam/tracking/odometry_link.h"
-#include "oaslam/tracking/pose_certainty.h"
 #include "oaslam/tracking/tracking_context.h"
 #include "oaslam/tracking/trajectory.h"
 

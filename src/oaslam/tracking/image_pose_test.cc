@@ -1,4 +1,4 @@
-#include "oaslam/tracking/pose_certainty.h"
+#include "oaslam/tracking/image_pose.h"
 
 #include <gtest/gtest.h>
 
