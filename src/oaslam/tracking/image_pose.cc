@@ -81,9 +81,13 @@ ImagePose PoseCertainty::Rate(const Frame& frame, const Map& map, const TrackRep
   if (is_seen) seen_confidence = std::max(seen_confidence, ConfidenceOfTracked(pose.inliers));
   const double sigma = std::sqrt(tracked.covariance.topLeftCorner<3, 3>().trace() / 3);
   pose.confidence = seen_confidence * (pose.depth > 0 ? ProbablyNear(sigma / pose.depth) : 1);
-  const double agreeing = frame.motion ? frame.motion->agreeing : 1;
+  // Points agree less as long as the odometry only begins.
+  const bool is_known = frame.motion && !frame.motion->is_preliminary;
+  const double agreeing = is_known ? frame.motion->agreeing : 1;
   const bool may_have_parted =
-      use != MapUse::kRead && parting_.Update({frame.timestamp, pose.inliers, agreeing, links});
+      use != MapUse::kRead &&
+      parting_.Update({frame.timestamp, pose.inliers, agreeing, links, frame.index,
+                       map.keyframes.At(tracked.reference).frame_index});
   pose.is_uncertain = may_have_parted || pose.confidence < kSureConfidence ||
                       SigmaOfPosition(pose.covariance) > kFar * pose.depth;
   return pose;

@@ -53,9 +53,10 @@ bool Parting::Update(const Image& image) {
     few_since_ = image.timestamp;
   if (links_ && image.links < *links_ - kShorter) links_.reset();
   const bool is_blind = few_since_ && image.timestamp - *few_since_ >= kSeconds;
-  if (is_blind || image.agreeing < kAgreeing)
-    links_ = std::min(image.links, links_.value_or(image.links));
-  return links_.has_value();
+  const bool parts = is_blind || image.agreeing < kAgreeing;
+  if (parts && !links_) frame_ = image.frame;
+  if (parts) links_ = std::min(image.links, links_.value_or(image.links));
+  return parts || (links_ && image.keyframe_frame >= frame_);
 }
 
 // Dijkstra's shortest paths. Keyframes that follow each other are linked where they share nothing,

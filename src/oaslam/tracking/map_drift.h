@@ -25,22 +25,26 @@ class MapDrift {
   int loops_closed_ = 0;
 };
 
-// Whether the map may have parted from what was mapped before: the camera passed where next to
-// nothing of the map was in view, or many points of the odometry did not agree on a pose. What
-// comes after may have another scale, until a shorter chain of views leads to the first keyframe.
+// Whether the map may have parted from what was mapped before: the camera passes where next to
+// nothing of the map is in view, or many points of the odometry do not agree on a pose. What is
+// mapped from then on may have another scale, until a shorter chain of views leads to the first
+// keyframe. What was mapped before is as it was.
 class Parting {
  public:
   struct Image {
     double timestamp = 0;
-    int inliers = 0;      // landmarks
-    double agreeing = 1;  // FrameMotion
-    double links = 0;     // MapDrift
+    int inliers = 0;                    // landmarks
+    double agreeing = 1;                // FrameMotion
+    double links = 0;                   // MapDrift, of the keyframe that shares most with it
+    int frame = 0, keyframe_frame = 0;  // frame indices of the image, and of that keyframe
   };
+  // Whether what the image sees may have parted.
   bool Update(const Image& image);
 
  private:
   std::optional<double> few_since_;  // time
   std::optional<double> links_;      // at the parting
+  int frame_ = 0;                    // of the first image of it
 };
 
 }  // namespace oaslam
