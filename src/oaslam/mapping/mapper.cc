@@ -54,6 +54,8 @@ bool Mapper::ApplyEdit(const MapCommand& command) {
 bool Mapper::Join(const JoiningMap& joining, int frame_index) {
   const bool is_tied = JoinSubmap(*joining.map, joining.world_from_map, config_, rng_, map_);
   unsettled_keyframes_ = undescribed_keyframes_ = map_.keyframes.Ids();
+  // Their age is counted in ids of keyframes, which the joined submap has taken.
+  recent_landmarks_.clear();
   // A background adjustment that began before the submap came would not move its keyframes.
   const bool is_outdated = IsLive() && background_bundle_;
   if (is_tied || is_outdated) AdjustInBackground(frame_index);

@@ -1,7 +1,5 @@
 #include "oaslam/system/atlas.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <functional>
 #include <utility>
@@ -11,9 +9,6 @@
 #include "oaslam/mapping/keyframe_description.h"
 #include "oaslam/mapping/submap_joining.h"
 #include "oaslam/objects/moved_objects.h"
-#include "oaslam/system/keyframe_search.h"
-#include "oaslam/tracking/continuity.h"
-#include "oaslam/util/log.h"
 
 namespace oaslam {
 namespace {
@@ -41,19 +36,6 @@ bool IsLost(const ImagePose& pose) {
 // There is no map yet.
 bool IsBeginning(const ImagePose& pose) {
   return pose.state == TrackingState::kInitializing || pose.state == TrackingState::kPreliminary;
-}
-
-// Joins another submap with the map of a session; false where the camera would jump between them.
-bool Join(const Submap& other, const Similarity& world_from_other, Session& session) {
-  if (!IsContinuous(*session.snapshot(), session.tracker().trajectory(), other.map,
-                    other.trajectory, world_from_other) ||
-      !session.Join(other.map, world_from_other))
-    return false;
-  Log(LogLevel::kInfo,
-      fmt::format("frame {}: a submap of {} keyframes, from frame {} on, was joined",
-                  session.tracker().newest_frame(), other.map.keyframes.size(),
-                  other.map.keyframes.At(other.map.keyframes.First()).frame_index));
-  return true;
 }
 
 }  // namespace
@@ -143,7 +125,7 @@ ImagePose Atlas::ProcessGrowing(const Frame& frame, const TrackingStep& in_main)
   }
   if (in_main.located) growing_->to_main.Add(frame.index, *in_main.located);
   if (there.keyframe) LookFor(frame, *growing_->submap);
-  if (!JoinGrowing()) {
+  if (growing_ && !JoinGrowing()) {
     const bool is_larger =
         session.snapshot()->keyframes.size() > main().snapshot()->keyframes.size();
     if (!is_larger || is_found || IsLost(there.pose) || MustStayMain()) return in_main.pose;
@@ -168,125 +150,11 @@ void Atlas::EndGrowing() {
   if (growing_) Rest(*std::exchange(growing_, std::nullopt)->submap);
 }
 
-// Joins the growing submap with the main one, in which a camera that is lost there is then tracked
-// as it was in the growing one. Returns false, and leaves the submaps as they are, where the
-// transformation is not known yet, the camera is lost or would jump, or the mapping of the main
-// submap has failed.
-bool Atlas::JoinGrowing() {
-  constexpr size_t kMinKeyframes = 5;  // smaller maps have hardly any parallax
-  Session& session = growing_->session();
-  if (growing_->lost_since || session.snapshot()->keyframes.size() < kMinKeyframes) return false;
-  const auto align = [&] {
-    return growing_->to_main.Align(*session.snapshot(), session.tracker().trajectory());
-  };
-  // First on the map that the tracker saw, since the newest one must be waited for, and may have
-  // moved.
-  if (!align()) return false;
-  const Submap content{*session.Newest(), session.tracker().trajectory()};
-  const std::optional<SubmapAlignment> alignment = align();
-  if (!alignment || !Join(content, alignment->other_from_this, main())) return false;
-  if (!failure_) failure_ = session.failure();
-  main().tracker().GoOnAs(std::move(session.tracker()), alignment->other_from_this.scale);
-  AtlasSubmap& joined = *std::exchange(growing_, std::nullopt)->submap;
-  main_->next_keyframe = joined.next_keyframe;
-  End(std::move(joined.session));
-  Erase(joined);
-  return true;
-}
-
-// Looks for a keyframe of a session in one of the waiting submaps, in turn, and joins that one with
-// the session's map once its place is known.
-void Atlas::LookFor(const Frame& keyframe, AtlasSubmap& in) {
-  Session& session = *in.session;
-  const std::vector<AtlasSubmap*> all = Waiting();
-  if (all.empty()) return;
-  AtlasSubmap& waiting = *all[turn_++ % all.size()];
-  Rng rng(static_cast<uint64_t>(config_.runner.seed));
-  const Map& other = waiting.content.map;
-  const Relocalization found = waiting.relocalizer.Find(keyframe, other, mode_, rng);
-  if (!found.IsFound()) return;
-  waiting.link.AddKeyframe(keyframe.index, found, other);
-  const auto align = [&] {
-    return waiting.link.Align(*session.snapshot(), session.tracker().trajectory());
-  };
-  if (!align()) return;
-  session.Submit(AdoptAdjustment{});  // queued commands may still move the map
-  const auto waiting_from_world = align();
-  if (!waiting_from_world) return;
-  if (JoinWaiting(waiting, waiting_from_world->other_from_this.Inverse(), in)) Erase(waiting);
-}
-
-bool Atlas::JoinWaiting(const AtlasSubmap& waiting, const Similarity& world_from_waiting,
-                        AtlasSubmap& into) {
-  Session& session = *into.session;
-  const NextIds free{into.next_keyframe, session.Newest()->next_landmark, next_object_};
-  const Submap joining = Renumbered(waiting.content, free);
-  if (!Join(joining, world_from_waiting, session)) return false;
-  const NextIds next = NextIdsOf(joining.map);
-  into.next_keyframe = std::max(into.next_keyframe, next.keyframe);
-  next_object_ = std::max(next_object_, next.object);
-  session.tracker().Adopt(joining.trajectory, world_from_waiting.scale);
-  return true;
-}
-
-bool Atlas::JoinWaiting(const AtlasSubmap& waiting, AtlasSubmap& into) const {
-  auto& [map, trajectory] = into.content;
-  const Submap& other = waiting.content;
-  const auto world_from_other = PlaceIn(map, trajectory, waiting, into.relocalizer);
-  if (!world_from_other ||
-      !IsContinuous(map, trajectory, other.map, other.trajectory, *world_from_other))
-    return false;
-  const Submap joining = Renumbered(other, NextIdsOf(map));
-  Rng rng(static_cast<uint64_t>(config_.runner.seed));
-  JoinSubmap(joining.map, *world_from_other, config_, rng, map);
-  AdoptPoses(joining.trajectory, world_from_other->scale, trajectory);
-  ++map.version;
-  return true;
-}
-
-// The place of a waiting submap in another map: by its keyframes that are found there, or by frames
-// of the other one that were found in it.
-std::optional<Similarity> Atlas::PlaceIn(const Map& world, const std::vector<FramePose>& trajectory,
-                                         const AtlasSubmap& waiting,
-                                         Relocalizer& relocalizer) const {
-  const auto& [map, own_trajectory] = waiting.content;
-  SubmapLink link;
-  FindKeyframes(waiting.content, world, mode_, {}, config_, relocalizer, link);
-  if (const auto found = link.Align(map, own_trajectory)) return found->other_from_this;
-  const auto seen = waiting.link.Align(world, trajectory);
-  return seen ? std::optional(seen->other_from_this.Inverse()) : std::nullopt;
-}
-
 std::vector<AtlasSubmap*> Atlas::Waiting() {
   std::vector<AtlasSubmap*> waiting;
   for (AtlasSubmap& submap : submaps_)
     if (submap.IsWaiting()) waiting.push_back(&submap);
   return waiting;
-}
-
-// Joins waiting submaps with the main one and with each other.
-void Atlas::JoinAll() {
-  std::vector<AtlasSubmap*> waiting = Waiting();
-  std::ranges::stable_sort(waiting, std::greater(), &AtlasSubmap::keyframes);
-  // After each one anew, since more may be found in what has become larger.
-  const auto join_all = [&](size_t first, const auto& join) {
-    const auto next = [&] {
-      return std::find_if(waiting.begin() + static_cast<std::ptrdiff_t>(first), waiting.end(),
-                          [&](const AtlasSubmap* submap) { return join(*submap); });
-    };
-    for (auto joined = next(); joined != waiting.end(); joined = next()) {
-      Erase(**joined);
-      waiting.erase(joined);
-    }
-  };
-  Relocalizer relocalizer(config_);
-  join_all(0, [&](const AtlasSubmap& submap) {
-    const auto world_from_submap =
-        PlaceIn(*main().snapshot(), main().tracker().trajectory(), submap, relocalizer);
-    return world_from_submap && JoinWaiting(submap, *world_from_submap, *main_);
-  });
-  for (size_t i = 0; i < waiting.size(); ++i)
-    join_all(i + 1, [&](const AtlasSubmap& submap) { return JoinWaiting(submap, *waiting[i]); });
 }
 
 // Exchanges the main submap with a larger waiting one, if there is one.
@@ -296,16 +164,20 @@ void Atlas::PromoteLargest() {
   if (MustStayMain() || largest == waiting.end() ||
       (*largest)->keyframes() <= main().snapshot()->keyframes.size())
     return;
-  AtlasSubmap& submap = **largest;
-  Submap content = std::exchange(submap.content, {});
-  const NextIds next = NextIdsOf(content.map);
-  submap.next_keyframe = next.keyframe;
-  next_object_ = std::max(next_object_, next.object);
-  submap.session = std::make_unique<Session>(config_, std::move(content.map), true);
-  submap.session->tracker().Adopt(content.trajectory, 1);
   AtlasSubmap& smaller = *main_;
-  Lead(submap);
+  Wake(**largest);
+  Lead(**largest);
   Rest(smaller);
+}
+
+// Gives a waiting submap a session, in which the camera is lost.
+void Atlas::Wake(AtlasSubmap& waiting) {
+  Submap content = std::exchange(waiting.content, {});
+  const NextIds next = NextIdsOf(content.map);
+  waiting.next_keyframe = next.keyframe;
+  next_object_ = std::max(next_object_, next.object);
+  waiting.session = std::make_unique<Session>(config_, std::move(content.map), true);
+  waiting.session->tracker().Adopt(content.trajectory, 1);
 }
 
 // Makes a submap in which the camera is tracked the main one.

@@ -42,8 +42,9 @@ struct AtlasSubmap {
 // - Once it is found there by points, both are kept up for half a second more. Then, or where it is
 //   lost in the growing submap, too, that one waits.
 // - A growing submap takes the place of the main one when it has become larger, while the camera is
-//   lost in the main one, or when that is given up, being too small to find the camera again. A
-//   main submap that was loaded, has anchors or is in metres keeps its place.
+//   lost in the main one, or when that is given up, being too small to find the camera again. Where
+//   it meets a waiting one while the camera is lost in the main one, that one becomes the main one
+//   again. A main submap that was loaded, has anchors or is in metres keeps its place.
 class Atlas {
  public:
   // `is_loaded`: the camera is looked for in `map`, which stays the main submap unless it is empty,
@@ -109,6 +110,7 @@ class Atlas {
   void EndGrowing();
   bool JoinGrowing();
   void LookFor(const Frame& keyframe, AtlasSubmap& in);
+  void GoBackTo(AtlasSubmap& waiting);
   bool JoinWaiting(const AtlasSubmap& waiting, const Similarity& world_from_waiting,
                    AtlasSubmap& into);
   bool JoinWaiting(const AtlasSubmap& waiting, AtlasSubmap& into) const;
@@ -116,6 +118,7 @@ class Atlas {
                                     const AtlasSubmap& waiting, Relocalizer& relocalizer) const;
   void JoinAll();
   void PromoteLargest();
+  void Wake(AtlasSubmap& waiting);
   void Lead(AtlasSubmap& submap);
   void Rest(AtlasSubmap& submap);
   void Erase(const AtlasSubmap& submap);

@@ -159,6 +159,22 @@ TEST_F(AtlasTest, AGrowingSubmapLeadsWhereTheMainOneIsGivenUp) {
     EXPECT_FALSE(atlas.main().snapshot()->keyframes.Contains(id));
 }
 
+// A camera that comes back to where a submap waits goes on there, in its frame.
+TEST_F(AtlasTest, ASubmapLeadsAgainWhereTheCameraIsBack) {
+  Atlas atlas(SlamConfig(), map_, false, {});
+  Walk(atlas, 0, 110, 0, Scene::kLeft);
+  Walk(atlas, 110, 240, 109, Scene::kRight, -1);
+  ASSERT_EQ(atlas.main_number(), 1);
+  Walk(atlas, 350, 110, 0, Scene::kLeft);
+  EXPECT_EQ(atlas.main_number(), 0);
+  const Tracker& tracker = atlas.main().tracker();
+  EXPECT_TRUE(tracker.HasTracked(30) && tracker.HasTracked(459));
+  EXPECT_LT(AbsoluteError(*atlas.main().Newest(), tracker.trajectory()), 0.02);
+  atlas.Finish();
+  EXPECT_THAT(atlas.Others(), SizeIs(1));
+  EXPECT_THAT(atlas.main().snapshot()->CheckInvariants(), IsEmpty());
+}
+
 // A map that is saved before the end has what is being made, too.
 TEST_F(AtlasTest, TheSubmapThatIsBeingMadeIsAmongTheOthers) {
   Atlas atlas(SlamConfig(), map_, false, {});
