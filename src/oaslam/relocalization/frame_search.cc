@@ -67,7 +67,8 @@ void LeadWithAccepted(Relocalization& found) {
 std::optional<Relocalization> FrameSearch::Near(const Frame& frame,
                                                 const Rigid3& cam_from_world) const {
   Relocalization found = Confirmed(frame, cam_from_world, kMaxErrorRad);
-  return found.IsFound() ? std::optional(std::move(found)) : std::nullopt;
+  const bool is_sure = found.confidence >= tools_.config.relocalization.accept_confidence;
+  return found.IsFound() && is_sure ? std::optional(std::move(found)) : std::nullopt;
 }
 
 Relocalization FrameSearch::Confirmed(const Frame& frame, const Rigid3& cam_from_world,
@@ -143,6 +144,7 @@ Relocalization FrameSearch::ByObjects(const Frame& frame) {
     if (agree && 2 * *agree < pose.objects.matched.size()) continue;
     confirmed.evidence = PoseEvidence::kPointsAndObjects;
     confirmed.confidence = ConfidenceOfBoth(confirmed.confidence, pose.confidence);
+    if (!IsAsInPaper() && confirmed.confidence < config.accept_confidence) continue;
     ObjectSupport objects = pose.objects;
     if (!confirmed.objects.matched.empty()) objects.matched = std::move(confirmed.objects.matched);
     confirmed.objects = std::move(objects);

@@ -28,9 +28,8 @@ TrackingStep Tracker::PlaceFound(const Frame& frame, const Map& map, const Reloc
   if (found.evidence == PoseEvidence::kObjects) return PlaceByObjects(frame, map, found, context);
   const auto* lost = std::get_if<Lost>(&phase_);
   const TrackReport tracked = Confirm(frame, map, found, lost && lost->is_pose_doubted);
-  if (tracked.success) return Continue(frame, map, tracked, TrackingState::kRelocalized, context);
-  return found.objects.suffices && !context.IsMapping() ? PlaceByObjects(frame, map, found, context)
-                                                        : Miss(frame, map, context);
+  return tracked.success ? Continue(frame, map, tracked, TrackingState::kRelocalized, context)
+                         : Miss(frame, map, context);
 }
 
 // In a map that is only read, nothing but this corrects a pose that the motion carries on: the
