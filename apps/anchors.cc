@@ -52,17 +52,6 @@ void SetRay(const Map& map, const std::string& at, const std::string& whole,
   request.direction = world_from_cam.rotation * RayOf(camera, Undistort(camera, {*px, *py}));
 }
 
-// On an object, content faces the camera that saw it last.
-void SetObject(const Map& map, const std::string& id, const std::string& whole,
-               AnchorRequest& request) {
-  request.object = ObjectId(ParseId(id, whole));
-  request.direction = Eigen::Vector3d::UnitZ();
-  const Object* object = map.objects.Find(*request.object);
-  if (!object || object->observations.empty()) return;  // PlaceAnchor refuses the request then
-  if (const auto pose = map.ResolvePose(object->observations.back().reference))
-    request.origin = pose->OriginInSource();
-}
-
 void Place(const std::string& text, Map& map) {
   const auto [name, what] = Split(text, '=', text, kPlaceForm);
   const auto [model, where] = Split(what, '@', text, kPlaceForm);
@@ -71,7 +60,7 @@ void Place(const std::string& text, Map& map) {
   request.name = name;
   request.model = model;
   if (kind == "object")
-    SetObject(map, at, text, request);
+    request.object = ObjectId(ParseId(at, text));
   else if (kind == "keyframe")
     SetRay(map, at, text, request);
   else

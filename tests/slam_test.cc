@@ -60,6 +60,12 @@ TEST(Slam, AMapIsUsedAgainWithALateDetectorAndItsAnchors) {
   const AnchorPose placed = first.Anchors().front();
   EXPECT_LT((placed.world_from_anchor.translation - object.ellipsoid.center).norm(),
             1.01 * object.ellipsoid.half_axes.maxCoeff());
+  const auto last_pose = first.States().Newest()->result.PoseIn(map.world());
+  ASSERT_TRUE(last_pose && placed.cam_from_anchor);
+  EXPECT_LT(
+      (*last_pose * placed.cam_from_anchor->translation - placed.world_from_anchor.translation)
+          .norm(),
+      1e-9);
   first.Save(folder / "desk.map");
 
   Slam second(SlamConfig{}, clip.camera);
@@ -76,6 +82,16 @@ TEST(Slam, AMapIsUsedAgainWithALateDetectorAndItsAnchors) {
   ASSERT_TRUE(now);
   EXPECT_LT((second.Anchors().front().world_from_anchor.translation - now->ellipsoid.center).norm(),
             1.2 * object.ellipsoid.half_axes.maxCoeff());
+  // Where the newest image shows a place, the anchor is seen.
+  const Eigen::Vector2d pixel(320, 240);
+  ASSERT_EQ(second.PlaceAnchor({.name = "middle", .model = "flag", .pixel = pixel}).why_not, "");
+  const AnchorPose middle = second.Anchors().front();
+  ASSERT_TRUE(middle.name == "middle" && middle.cam_from_anchor);
+  const auto seen_at = clip.camera.Project(middle.cam_from_anchor->translation);
+  ASSERT_TRUE(seen_at);
+  EXPECT_LT((*seen_at - pixel).norm(), 2);
+  EXPECT_THAT(second.PlaceAnchor({.model = "flag", .pixel = Eigen::Vector2d(320, 2000)}).why_not,
+              HasSubstr("not in the image"));
   EXPECT_TRUE(second.RemoveAnchor("sign").IsDone());
   EXPECT_FALSE(second.RemoveAnchor("sign").IsDone());
   EXPECT_THAT(second.Anchors(), IsEmpty());

@@ -11,17 +11,16 @@
 namespace {
 
 // Pixel of a point; nothing for a point behind the camera.
-std::optional<cv::Point> Project(const oaslam::Camera& camera, const oaslam::Rigid3& world_from_cam,
-                                 const Eigen::Vector3d& point) {
-  const auto pixel = camera.Project(world_from_cam.Inverse() * point);
+std::optional<cv::Point> Project(const oaslam::Camera& camera, const Eigen::Vector3d& in_cam) {
+  const auto pixel = camera.Project(in_cam);
   if (!pixel) return std::nullopt;
   return cv::Point(cvRound(pixel->x()), cvRound(pixel->y()));
 }
 
-void Draw(const oaslam::AnchorPose& anchor, const oaslam::Camera& camera,
-          const oaslam::Rigid3& world_from_cam, cv::Mat& picture) {
+void Draw(const oaslam::Rigid3& cam_from_anchor, double size, const oaslam::Camera& camera,
+          cv::Mat& picture) {
   const auto at = [&](const Eigen::Vector3d& in_anchor) {
-    return Project(camera, world_from_cam, anchor.world_from_anchor * (anchor.size * in_anchor));
+    return Project(camera, cam_from_anchor * (size * in_anchor));
   };
   const auto origin = at(Eigen::Vector3d::Zero());
   const cv::Scalar colors[] = {{60, 60, 230}, {60, 200, 60}, {230, 120, 40}};  // x, y (up), z
@@ -52,19 +51,17 @@ int main(int argc, char** argv) {
       const oaslam::TrackingResult result =
           slam->Process({.image = image->image, .timestamp = image->timestamp});
       if (result.state != oaslam::TrackingState::kTracking) continue;
-      const oaslam::Rigid3 pose = result.PoseIn(result.world).value();
-      if (slam->Anchors().empty()) {  // where the ray of the image's middle meets the map
+      if (slam->Anchors().empty()) {
+        const Eigen::Vector2d middle(camera.width / 2., camera.height / 2.);
         const oaslam::AnchorReport placed =
-            slam->PlaceAnchor({.name = "here",
-                               .model = "axes",
-                               .origin = pose.translation,
-                               .direction = pose.rotation * Eigen::Vector3d::UnitZ()});
+            slam->PlaceAnchor({.name = "here", .model = "axes", .pixel = middle});
         if (!placed.IsDone()) std::fprintf(stderr, "not yet: %s\n", placed.why_not.c_str());
       }
       picture = image->image.clone();
       for (const oaslam::AnchorPose& anchor : slam->Anchors()) {
-        Draw(anchor, camera, pose, picture);
-        if (const auto at = Project(camera, pose, anchor.world_from_anchor.translation))
+        if (!anchor.cam_from_anchor) continue;
+        Draw(*anchor.cam_from_anchor, anchor.size, camera, picture);
+        if (const auto at = Project(camera, anchor.cam_from_anchor->translation))
           std::printf("%d %d %d\n", result.frame, at->x, at->y);
       }
     }

@@ -13,8 +13,6 @@
 #include "oaslam/map_viewer.h"
 #include "oaslam/oaslam.h"
 
-using Clock = std::chrono::steady_clock;
-
 namespace {
 
 // Prints a line for each new state; skips states that are replaced while a line is printed.
@@ -58,9 +56,8 @@ int main(int argc, char** argv) {
   if (argc < 4)
     return std::fprintf(stderr, "usage: live_camera SOURCE CAMERA PICTURE [SECONDS]\n"), 2;
   try {
-    // A program with a camera would use LatestImageSource here, which drops images that come while
-    // one is tracked.
-    const auto images = oaslam::OpenImages(argv[1], {.color_if_free = true});
+    // Images that come while one is tracked are left out.
+    const auto images = oaslam::OpenCamera(argv[1], {.color_if_free = true});
     std::optional<oaslam::InputImage> image = images->Next();
     if (!image) return std::fprintf(stderr, "live_camera: no image\n"), 1;
     oaslam::Slam slam(oaslam::SlamConfig::Live(), oaslam::LoadCamera(argv[2], image->image.size()));
@@ -75,12 +72,9 @@ int main(int argc, char** argv) {
     std::printf("viewer: %s\n", viewer.url().c_str());
     std::fflush(stdout);
 
-    const auto start = Clock::now();
     const double begin = image->timestamp, seconds = argc > 4 ? std::atof(argv[4]) : 1e9;
     cv::Mat picture;
     for (; image && image->timestamp - begin < seconds; image = images->Next()) {
-      const auto due = start + std::chrono::duration<double>(image->timestamp - begin);
-      std::this_thread::sleep_until(std::chrono::time_point_cast<Clock::duration>(due));
       const oaslam::ImageInput input{
           .image = image->image, .timestamp = image->timestamp, .detections_follow = true};
       const oaslam::TrackingResult result = slam.Process(input);

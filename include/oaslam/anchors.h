@@ -9,25 +9,33 @@
 
 namespace oaslam {
 
-// A named place in the map where virtual content stands.
+// A named place in the map where virtual content stands, in the world of that map. Whether a thing
+// or a wall hides it from the camera is not known.
 struct AnchorPose {
   // `model` names the content that stands there; only the application knows what it means.
   std::string name{}, model{};
   double size = 0;           // of the content's longest side, map units
   Rigid3 world_from_anchor;  // content: y up, standing on the origin, front towards +z (glTF)
   std::optional<ObjectId> object{};  // the object that it stands on
+  // Of Slam::Anchors: the same place in the camera of the newest image; nothing where that image
+  // has no pose.
+  std::optional<Rigid3> cam_from_anchor{};
 };
 
-// A request to place content where a ray meets the map, e.g. that of a click in an image. The ray
-// is in the map's frame; its direction may have any length.
+// A request to place content: at a pixel of the newest image, where a ray meets the map, or at a
+// pose.
 struct AnchorRequest {
-  std::string name{};  // empty: the name of the model with a number
-  std::string model{};
+  std::string name{};   // empty: the name of the model with a number
+  std::string model{};  // at least one letter
+  // Of the newest image that Slam::Process took; instead of a ray.
+  std::optional<Eigen::Vector2d> pixel{};
+  // The ray, in the map's frame; the direction may have any length.
   Eigen::Vector3d origin = Eigen::Vector3d::Zero(), direction = Eigen::Vector3d::Zero();
-  // On top of this mapped object; without it, on the plane of the landmarks around the ray.
+  // On top of this mapped object, facing the origin of the ray, or without one the camera that saw
+  // it last. Without an object: on the plane of the landmarks around the ray.
   std::optional<ObjectId> object{};
   double size = 0;  // map units; 0: a size that suits the place
-  // Where the content stands, world_from_anchor; the ray and the object are not used then.
+  // Where the content stands, world_from_anchor; pixel, ray and object are not used then.
   std::optional<Rigid3> pose{};
 };
 

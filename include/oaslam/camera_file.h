@@ -11,9 +11,10 @@ namespace oaslam {
 // Loads a calibration: "fov:DEGREES" (horizontal; a guess, Camera::is_guess), or a file of a kind
 // in docs/formats.md, recognised by its keys: ROS camera_info YAML, OpenCV FileStorage YAML,
 // ORB-SLAM2/3 YAML, COLMAP cameras.txt, Kalibr camchain. `image_size`: the size of the images it is
-// for; {0, 0} if there are none (then fov: is refused). A file without a size gets this one. Throws
-// InputError naming path, key, value and bound, also when the file's size differs from image_size.
-OASLAM_API Camera LoadCamera(const std::string& spec, const cv::Size& image_size);
+// for; {0, 0} where that is not known (then fov: is refused). A file without a size gets this one.
+// Throws InputError naming path, key, value and bound, also when the file's size differs from
+// image_size.
+OASLAM_API Camera LoadCamera(const std::string& spec, const cv::Size& image_size = {});
 
 // Throws InputError, whose message begins with `where`, for impossible parameters of a camera.
 OASLAM_API void CheckCalibration(const Camera& camera, const std::string& where);

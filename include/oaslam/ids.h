@@ -44,7 +44,8 @@ using ObjectId = StrongId<struct ObjectTag>;
 
 // A frame of reference and unit in which poses, landmarks, objects and anchors are given. No two
 // maps that a program begins or loads share one, copies of a map do. A camera that is lost may go
-// on in a new world until it is found in the old one; SetMetresPerUnit begins a new one, too.
+// on in a new world (not while the map has anchors, was loaded or is in metres). SetMetresPerUnit
+// begins a new one, too.
 // Coordinates in two worlds have nothing in common.
 using WorldId = StrongId<struct WorldTag>;
 

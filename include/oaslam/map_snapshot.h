@@ -50,16 +50,24 @@ class OASLAM_API MapSnapshot {
     Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // in the image as the camera gave it
     double sigma_px = 1;                              // standard deviation of the pixel
   };
+  // A box in which an object was detected.
+  struct Sighting {
+    KeyframeId keyframe;    // the image, or the keyframe that the image was seen from
+    Rigid3 world_from_cam;  // of the image
+    Box box;                // pixels of the image without distortion
+    double score = 0;       // (0, 1], of the detector
+  };
   // An object of the map.
   struct Object {
     ObjectId id;
-    int category_id = 0;
+    int category_id = 0;  // the class that it was most often detected as (CategoryNames)
     std::string name;     // given by the user, else that of its class
-    Ellipsoid ellipsoid;  // world
+    // In the world. Its third axis is vertical where the map knows the vertical.
+    Ellipsoid ellipsoid;
     // Covariance of the centre (world), the logarithms of the half axes, and the rotation about the
-    // vertical (rad).
+    // vertical (rad; 1: that is not known).
     Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();
-    int observations = 0;
+    int observations = 0;    // images in which it was detected
     bool has_moved = false;  // since the map was made or loaded
   };
   // ORB's descriptor of a key point: 256 bits.
@@ -146,6 +154,9 @@ class OASLAM_API MapSnapshot {
   std::vector<Observation> Observations(KeyframeId keyframe) const;
   // The keyframes that see a landmark; empty where there is no such landmark.
   std::vector<Observation> Observations(LandmarkId landmark) const;
+  // The boxes of an object from which its ellipsoid is estimated: of many images those that tell
+  // most, at most 60. Empty where there is no such object.
+  std::vector<Sighting> Observations(ObjectId object) const;
   // Of all key points of a keyframe, in their order, with a landmark or without. They live as long
   // as a copy of this snapshot. Empty where there is no such keyframe.
   std::span<const Descriptor> Descriptors(KeyframeId keyframe) const;
@@ -160,6 +171,8 @@ class OASLAM_API MapSnapshot {
   // Slam those of the keyframes alone.
   std::vector<StampedPose> Trajectory() const;
 
+  // The number of submaps, this one included: of a snapshot of a running Slam, 1.
+  int submaps() const;
   // Whose coordinates all positions and poses are in.
   WorldId world() const;
   // The direction opposite to gravity, world; nothing while it is unknown.

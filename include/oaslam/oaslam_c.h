@@ -160,8 +160,10 @@ OASLAM_API oaslam_status oaslam_slam_load(oaslam_slam* slam, const char* path);
 /* --- Anchors --------------------------------------------------------------------------------- */
 
 typedef struct {
-  const char* name;               /* NULL: the name of the model with a number */
-  const char* model;              /* only the application knows what it means */
+  const char* name;    /* NULL: the name of the model with a number */
+  const char* model;   /* only the application knows what it means */
+  int32_t is_at_pixel; /* of the newest image; 0: by the ray */
+  double pixel[2];
   double origin[3], direction[3]; /* a ray in the world, that meets the map where it stands */
   int32_t is_on_object;           /* on top of this object; 0: on the landmarks about the ray */
   uint32_t object;

@@ -40,7 +40,11 @@ struct RelocalizationResult {
   // were used.
   double object_score = 0, object_margin = 0;
   int inlier_points = 0, matched_objects = 0;
-  double sigma_position = 0;  // map units, 1 sigma; of the best hypothesis, accepted or not
+  // Of the best hypothesis, accepted or not. Relative to the part of the map around it: the map's
+  // own error, which TrackingResult::covariance estimates, is not in it. `sigma_position`: of any
+  // axis, map units.
+  PoseCovariance covariance = PoseCovariance::Zero();
+  double sigma_position = 0;
   // A hypothesis.
   struct Candidate {
     Rigid3 world_from_cam;

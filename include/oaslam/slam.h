@@ -96,7 +96,8 @@ class OASLAM_API Slam {
   // until this image is mapped. Lockstep: until the image `runner.lag` before this one is mapped.
   // Live: only where tracking depends on it, which is for the initial map, for a keyframe made
   // because few landmarks are left in view, when a submap is begun, joined or left, and while
-  // eight keyframes are queued.
+  // eight keyframes are queued. An image in which a lost camera is looked for takes some ten times
+  // as long as a tracked one.
   TrackingResult Process(const ImageInput& input);
 
   // Adds detections of an image that was processed with `detections_follow`; `frame` is its
@@ -161,11 +162,11 @@ class OASLAM_API Slam {
   std::vector<AnchorPose> Anchors() const;
   // The edits of anchors wait until everything seen is in the map, since an earlier snapshot may
   // have another scale. In live mode these are at most eight keyframes.
-  AnchorReport PlaceAnchor(const AnchorRequest& request);
+  [[nodiscard]] AnchorReport PlaceAnchor(const AnchorRequest& request);
   // Refused where there is no anchor of this name, and where an edit cannot be.
-  AnchorReport EditAnchor(const std::string& name, const AnchorEdit& edit);
+  [[nodiscard]] AnchorReport EditAnchor(const std::string& name, const AnchorEdit& edit);
   // Refused where there is no anchor of this name.
-  AnchorReport RemoveAnchor(const std::string& name);
+  [[nodiscard]] AnchorReport RemoveAnchor(const std::string& name);
 
   // The map that the last call worked with, without other submaps and without trajectory.
   // Does not wait for mapping.

@@ -18,8 +18,9 @@ struct SlamState {
   MapSnapshot map;
 };
 
-// Gives other threads the newest state of a Slam. Any thread may call every function at any time
-// without a lock, also after the Slam is destroyed. Copies refer to the same Slam.
+// Gives the newest state of a Slam, result and map of one moment, to other threads or to its own.
+// Any thread may call every function at any time without a lock, also after the Slam is destroyed.
+// Copies refer to the same Slam.
 class OASLAM_API SlamStates {
  public:
   // The newest state; never null. Never waits for Slam.

@@ -55,10 +55,11 @@ struct Ellipsoid {
 };
 
 // How the pose of an image was found. kInitializing: not, there is no map yet; kTracking: from the
-// previous image; kRelocalized: in the map, after the camera was lost; kObjects: by objects alone;
-// kLost: not found; kOdometry: by the camera's motion since it was last seen in the map, so that
-// the error grows; kPreliminary: by the motion that explains the first images best, before there is
-// a map.
+// previous image; kRelocalized: in the map, after the camera was lost; kObjects: while it is lost,
+// without points: by objects alone, or by images before that were found in the map and the motion
+// since (PoseSource tells which); kLost: not found; kOdometry: by the camera's motion since it was
+// last seen in the map, so that the error grows; kPreliminary: by the motion that explains the
+// first images best, before there is a map.
 enum class TrackingState {
   kInitializing,
   kTracking,

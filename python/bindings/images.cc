@@ -75,6 +75,7 @@ std::function<bool()> StoppedBySignals() {
   };
 }
 
+template <auto Opener>
 std::shared_ptr<Images> Open(const PathText& source, std::optional<double> fps, int from, int to,
                              bool color, Orientation orientation,
                              std::optional<double> follow_quiet_s, bool color_if_free) {
@@ -84,7 +85,7 @@ std::shared_ptr<Images> Open(const PathText& source, std::optional<double> fps, 
   std::shared_ptr<ImageSource> opened;
   {
     const WithoutPythonsLock without_gil;
-    opened = OpenImages(source, options);
+    opened = Opener(source, options);
   }
   return MakeWithoutGil<Images>(std::move(opened));
 }
@@ -95,8 +96,8 @@ InputImage NextOrStop(Images& images) {
   return std::move(*image);
 }
 
-std::string DocOfOpenImages() {
-  return std::string(doc::OpenImages) + "\n\nfps: " + doc::ImageSourceOptions_fps +
+std::string WithSourceOptions(const char* text) {
+  return std::string(text) + "\n\nfps: " + doc::ImageSourceOptions_fps +
          "\nfrom_: " + doc::ImageSourceOptions_from + "\nto: " + doc::ImageSourceOptions_to +
          "\ncolor: " + doc::ImageSourceOptions_color +
          "\norientation: " + doc::ImageSourceOptions_orientation +
@@ -132,11 +133,15 @@ void AddImages(py::module_& m) {
            py::arg("source"), doc::LatestImageSource)
       .def_property_readonly("dropped", &LatestImages::dropped, doc::LatestImageSource_dropped);
   const ImageSourceOptions options;
-  m.def("open_images", &Open, py::arg("source"), py::kw_only(), py::arg("fps") = options.fps,
-        py::arg("from_") = options.from, py::arg("to") = options.to,
-        py::arg("color") = options.color, py::arg("orientation") = options.orientation,
-        py::arg("follow_quiet_s") = std::nullopt, py::arg("color_if_free") = options.color_if_free,
-        DocOfOpenImages().c_str());
+  const auto def_opener = [&](const char* name, auto function, const char* text) {
+    m.def(name, function, py::arg("source"), py::kw_only(), py::arg("fps") = options.fps,
+          py::arg("from_") = options.from, py::arg("to") = options.to,
+          py::arg("color") = options.color, py::arg("orientation") = options.orientation,
+          py::arg("follow_quiet_s") = std::nullopt,
+          py::arg("color_if_free") = options.color_if_free, WithSourceOptions(text).c_str());
+  };
+  def_opener("open_images", &Open<&OpenImages>, doc::OpenImages);
+  def_opener("open_camera", &Open<&OpenCamera>, doc::OpenCamera);
   py::class_<ListedImage>(m, "ListedImage", doc::ListedImage)
       .def_readonly(OASLAM_FIELD(ListedImage, timestamp))
       .def_property_readonly(

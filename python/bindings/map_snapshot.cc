@@ -1,6 +1,7 @@
 #include "oaslam/map_snapshot.h"
 
 #include <cstring>
+#include <string>
 #include <variant>
 
 #include "bindings.h"
@@ -9,11 +10,15 @@
 namespace oaslam::python {
 namespace {
 
+void CopyPose(const Rigid3& pose, double (&matrix)[4][4]) {
+  Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> to(&matrix[0][0]);
+  to.setIdentity();
+  to.topRows<3>() = pose.Matrix();
+}
+
 KeyframeRow RowOf(const MapSnapshot::Keyframe& k) {
   KeyframeRow row{k.id.value, k.frame.value_or(-1), k.timestamp, k.camera, {}};
-  Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> pose(&row.world_from_cam[0][0]);
-  pose.setIdentity();
-  pose.topRows<3>() = k.world_from_cam.Matrix();
+  CopyPose(k.world_from_cam, row.world_from_cam);
   return row;
 }
 
@@ -41,12 +46,22 @@ auto AsRows(MapSnapshot::Range<Element> (MapSnapshot::*range)() const) {
   };
 }
 
-py::array_t<ObservationRow> Observations(const MapSnapshot& map,
-                                         const std::variant<KeyframeId, LandmarkId>& of) {
-  const auto seen = std::visit([&](auto id) { return map.Observations(id); }, of);
-  std::vector<ObservationRow> rows;
-  for (const MapSnapshot::Observation& o : seen) rows.push_back(RowOf(o));
-  return ArrayOfRows(std::move(rows));
+SightingRow RowOf(const MapSnapshot::Sighting& s) {
+  SightingRow row{s.keyframe.value, {}, {s.box.x1, s.box.y1, s.box.x2, s.box.y2}, s.score};
+  CopyPose(s.world_from_cam, row.world_from_cam);
+  return row;
+}
+
+py::array Observations(const MapSnapshot& map,
+                       const std::variant<KeyframeId, LandmarkId, ObjectId>& of) {
+  return std::visit(
+      [&](auto id) -> py::array {
+        const auto seen = map.Observations(id);
+        std::vector<decltype(RowOf(seen.front()))> rows;
+        for (const auto& o : seen) rows.push_back(RowOf(o));
+        return ArrayOfRows(std::move(rows));
+      },
+      of);
 }
 
 // The bytes of all descriptors of a keyframe, a row each.
@@ -82,7 +97,11 @@ void AddElements(py::handle snapshot) {
           "covariance", [](const Object& o) { return ArrayOf(o.covariance); },
           doc::Object_covariance)
       .def_readonly(OASLAM_FIELD(Object, observations))
-      .def_readonly(OASLAM_FIELD(Object, has_moved));
+      .def_readonly(OASLAM_FIELD(Object, has_moved))
+      .def("__repr__", [](const Object& o) {
+        return "<Object " + ToString(o.id) + ": " + o.name + ", " + std::to_string(o.observations) +
+               " observations>";
+      });
 }
 
 }  // namespace
@@ -91,12 +110,14 @@ void AddMap(py::module_& m) {
   PYBIND11_NUMPY_DTYPE(KeyframeRow, id, frame, timestamp, camera, world_from_cam);
   PYBIND11_NUMPY_DTYPE(LandmarkRow, id, position, observations);
   PYBIND11_NUMPY_DTYPE(ObservationRow, keyframe, landmark, keypoint, pixel, sigma_px);
+  PYBIND11_NUMPY_DTYPE(SightingRow, keyframe, world_from_cam, box, score);
   py::class_<AnchorPose>(m, "AnchorPose", doc::AnchorPose)
       .def_readonly(OASLAM_FIELD(AnchorPose, name))
       .def_readonly(OASLAM_FIELD(AnchorPose, model))
       .def_readonly(OASLAM_FIELD(AnchorPose, size))
       .def_readonly(OASLAM_FIELD(AnchorPose, world_from_anchor))
-      .def_readonly(OASLAM_FIELD(AnchorPose, object));
+      .def_readonly(OASLAM_FIELD(AnchorPose, object))
+      .def_readonly(OASLAM_FIELD(AnchorPose, cam_from_anchor));
   py::class_<AnchorReport>(m, "AnchorReport", doc::AnchorReport)
       .def_readonly(OASLAM_FIELD(AnchorReport, name))
       .def_readonly(OASLAM_FIELD(AnchorReport, why_not))
@@ -135,14 +156,19 @@ void AddMap(py::module_& m) {
       .def(
           "find_object", [](const MapSnapshot& map, ObjectId id) { return map.Find(id); },
           py::arg("id"), doc::MapSnapshot_Find)
-      .def("observations", &Observations, py::arg("of"),
-           "The landmarks that a keyframe sees, or the keyframes that see a landmark.")
+      .def(
+          "observations", &Observations, py::arg("of"),
+          "The landmarks that a keyframe sees, the keyframes that see a landmark, or the boxes of "
+          "an "
+          "object from which its ellipsoid is estimated: of many images those that tell most, each "
+          "x1, y1, x2, y2 in the image without distortion.")
       .def("descriptors", &Descriptors, py::arg("keyframe"),
            "ORB's descriptors of all key points of a keyframe, 32 bytes in a row.")
       .def("trajectory", &MapSnapshot::Trajectory, WithoutGil(), doc::MapSnapshot_Trajectory)
       .def("category_names", &MapSnapshot::CategoryNames, doc::MapSnapshot_CategoryNames)
       .def("anchors", &MapSnapshot::Anchors, doc::MapSnapshot_Anchors)
       .def("cameras", &MapSnapshot::Cameras, doc::MapSnapshot_Cameras)
+      .def_property_readonly("submaps", &MapSnapshot::submaps, doc::MapSnapshot_submaps)
       .def_property_readonly("world", &MapSnapshot::world, doc::MapSnapshot_world)
       .def_property_readonly("up", &MapSnapshot::up, doc::MapSnapshot_up)
       .def_property_readonly("is_up_measured", &MapSnapshot::is_up_measured,

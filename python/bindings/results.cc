@@ -70,6 +70,9 @@ void AddRelocalizationResult(py::module_& m) {
       .def_readonly(OASLAM_FIELD(RelocalizationResult, object_margin))
       .def_readonly(OASLAM_FIELD(RelocalizationResult, inlier_points))
       .def_readonly(OASLAM_FIELD(RelocalizationResult, matched_objects))
+      .def_property_readonly(
+          "covariance", [](const RelocalizationResult& r) { return ArrayOf(r.covariance); },
+          doc::RelocalizationResult_covariance)
       .def_readonly(OASLAM_FIELD(RelocalizationResult, sigma_position))
       .def_readonly(OASLAM_FIELD(RelocalizationResult, candidates))
       .def_readonly(OASLAM_FIELD(RelocalizationResult, candidates_are_by))

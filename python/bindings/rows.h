@@ -23,6 +23,12 @@ struct ObservationRow {
   double pixel[2];
   double sigma_px;
 };
+struct SightingRow {
+  uint32_t keyframe;
+  double world_from_cam[4][4];
+  double box[4];  // x1, y1, x2, y2
+  double score;
+};
 struct TrackedPointRow {
   double pixel[2];
   double sigma_px;

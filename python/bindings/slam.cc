@@ -82,13 +82,14 @@ py::array_t<TrackedPointRow> TrackedPoints(ExclusiveSlam& slam) {
 }
 
 AnchorReport PlaceAnchor(ExclusiveSlam& slam, const std::string& name, const std::string& model,
+                         const std::optional<std::pair<double, double>>& pixel,
                          const OptionalVector& origin, const OptionalVector& direction,
                          std::optional<ObjectId> object, double size, const OptionalPose& pose) {
-  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
-  return slam.Use([&](Slam& s) {
-    return s.PlaceAnchor(
-        {name, model, origin.value_or(none), direction.value_or(none), object, size, pose});
-  });
+  AnchorRequest request{.name = name, .model = model, .object = object, .size = size, .pose = pose};
+  if (pixel) request.pixel.emplace(pixel->first, pixel->second);
+  if (origin) request.origin = *origin;
+  if (direction) request.direction = *direction;
+  return slam.Use([&](Slam& s) { return s.PlaceAnchor(request); });
 }
 
 AnchorReport EditAnchor(ExclusiveSlam& slam, const std::string& anchor,
@@ -135,8 +136,9 @@ void AddMapping(SlamClass& slam) {
            doc::Slam_SetMetresPerUnit)
       .def("anchors", Method(&Slam::Anchors), doc::Slam_Anchors)
       .def("place_anchor", &PlaceAnchor, py::kw_only(), py::arg("name") = "", py::arg("model") = "",
-           py::arg("origin") = std::nullopt, py::arg("direction") = std::nullopt,
-           py::arg("object") = std::nullopt, py::arg("size") = 0, py::arg("pose") = std::nullopt,
+           py::arg("pixel") = std::nullopt, py::arg("origin") = std::nullopt,
+           py::arg("direction") = std::nullopt, py::arg("object") = std::nullopt,
+           py::arg("size") = 0, py::arg("pose") = std::nullopt,
            (std::string(doc::Slam_PlaceAnchor) + "\n\n" + doc::AnchorRequest).c_str())
       .def("edit_anchor", &EditAnchor, py::arg("anchor"), py::kw_only(),
            py::arg("name") = std::nullopt, py::arg("model") = std::nullopt,

@@ -41,7 +41,8 @@ class Result(ctypes.Structure):
 
 
 class AnchorRequest(ctypes.Structure):
-    _fields_ = [("name", ctypes.c_char_p), ("model", ctypes.c_char_p), ("origin", ctypes.c_double * 3), ("direction", ctypes.c_double * 3),
+    _fields_ = [("name", ctypes.c_char_p), ("model", ctypes.c_char_p), ("is_at_pixel", ctypes.c_int32), ("pixel", ctypes.c_double * 2),
+                ("origin", ctypes.c_double * 3), ("direction", ctypes.c_double * 3),
                 ("is_on_object", ctypes.c_int32), ("object", ctypes.c_uint32), ("size", ctypes.c_double), ("pose", ctypes.POINTER(Pose))]
 
 

@@ -38,6 +38,9 @@ def test_map(desk):
     assert len(map.observations(first)) == map.find_landmark(first).observations == landmarks["observations"][0]
     assert map.find_landmark(oaslam.LandmarkId(10**9)) is None and map.find_keyframe(oaslam.KeyframeId(keyframes["id"][0])).frame == keyframes["frame"][0]
     thing = map.objects()[0]
+    boxes = map.observations(thing.id)
+    assert 0 < len(boxes) <= thing.observations and set(boxes["keyframe"]) <= set(keyframes["id"]) and (boxes["score"] > 0).all()
+    assert thing.name in repr(thing) and map.submaps == 1
     assert thing.name and thing.covariance.shape == (7, 7) and (thing.ellipsoid.half_axes > 0).all()
     assert thing.ellipsoid.rotation.shape == (3, 3) and map.find_object(thing.id).name == thing.name
     assert not map.is_metric and oaslam.MapSnapshot().keyframe_count == 0
@@ -149,6 +152,7 @@ def test_anchors(desk, desk_map):
     above = thing.ellipsoid.center - (0, 1, 0)
     placed = slam.place_anchor(name="flag", model="axes", origin=above, direction=(0, 1, 0), object=thing.id)
     assert placed.name == "flag", placed.why_not
+    assert "newest image has no pose" in slam.place_anchor(model="axes", pixel=(320, 240)).why_not
     pose = numpy.eye(4)
     pose[:3, 3] = 1, 2, 3
     assert slam.place_anchor(name="here", model="axes", pose=pose, size=0.5).name == "here"

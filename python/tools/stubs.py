@@ -45,7 +45,7 @@ def type_in(text):
 def type_out(text):
     text = text.replace("numpy.ndarray[numpy.uint8]", "numpy.typing.NDArray[numpy.uint8]")
     text = re.sub(r"numpy\.ndarray\[numpy\.float64(\[[^\]]*\])?\]", "numpy.typing.NDArray[numpy.float64]", text)
-    text = re.sub(r"numpy\.ndarray\[[^\]]*Row\]", RECORDS, text)
+    text = re.sub(r"numpy\.ndarray(\[[^\]]*Row\])?$", RECORDS, text)
     text = re.sub(r"List\[(\w+)\[\d+\]\]", r"List[\1]", text)
     return text.replace("oaslam.", "")
 

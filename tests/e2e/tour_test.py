@@ -13,7 +13,7 @@ WITH_MODULE = {**os.environ, "PYTHONPATH": os.path.join(BUILD, "python")}
 with open(os.path.join(SOURCE, "docs", "tour.md")) as f:
     PROGRAMS = tour.programs(f.read())
 # What they print, of which the rest is numbers.
-EXPECTED = {1: "poses, then", 2: "cup", 3: "landmarks", 4: "3 sigma", 5: "of 20", 6: "no calibration: points", 7: "there is no anchor", 8: "flag at",
+EXPECTED = {1: "poses, then", 2: "cup", 3: "landmarks", 4: "3 sigma", 5: "of 20", 6: "no calibration: points", 7: "there is no anchor", 8: "flag 1 at",
             9: "motion", 10: "for old content: none\nfor new content: a pose", 11: "it was there", 12: "1500 key points"}
 
 

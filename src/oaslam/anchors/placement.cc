@@ -57,9 +57,12 @@ Placement OnObject(const Map& map, ObjectId id, const AnchorRequest& request) {
   const Eigen::Vector3d up = UpOf(map);
   const Eigen::Vector3d in_axes = (e.rotation.conjugate() * up).cwiseQuotient(e.half_axes);
   const Eigen::Vector3d top = up / in_axes.norm();  // from the center
-  const Rigid3 world_from_anchor(StandUp(up, request.origin - e.center), e.center + top);
-  std::optional<Anchor> anchor =
-      CarriedBy(map, object->observations.back().reference, world_from_anchor);
+  const KeyframeId seen_from = object->observations.back().reference;
+  const bool has_ray = request.direction != Eigen::Vector3d::Zero();
+  const std::optional<Rigid3> viewer = has_ray ? std::nullopt : map.ResolvePose(seen_from);
+  const Eigen::Vector3d to_viewer = (viewer ? viewer->OriginInSource() : request.origin) - e.center;
+  const Rigid3 world_from_anchor(StandUp(up, to_viewer), e.center + top);
+  std::optional<Anchor> anchor = CarriedBy(map, seen_from, world_from_anchor);
   if (!anchor) return {std::nullopt, fmt::format("object {} has no keyframe", id.value)};
   anchor->object = *now;
   anchor->offset = map.ResolvePose(anchor->keyframe)->rotation * top;
@@ -218,8 +221,9 @@ Placement FindPlace(const Map& map, const AnchorRequest& request) {
     placement.anchor->size = request.size > 0 ? request.size : 1;
     return placement;
   }
+  if (map.keyframes.empty()) return {std::nullopt, "there is no map yet"};
   const double length = request.direction.norm();
-  if (!request.origin.allFinite() || !std::isfinite(length) || !(length > 0))
+  if (!request.origin.allFinite() || !std::isfinite(length) || !(length > 0 || request.object))
     return {std::nullopt, "the ray has no direction"};
   Placement placement =
       request.object ? OnObject(map, *request.object, request) : OnPoints(map, request);

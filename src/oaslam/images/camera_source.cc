@@ -300,7 +300,7 @@ bool IsCamera(const std::string& source) {
          source.starts_with(kDevice) || IsOfNetwork(source);
 }
 
-std::unique_ptr<ImageSource> OpenCamera(const std::string& source,
+std::unique_ptr<ImageSource> OpenStream(const std::string& source,
                                         const ImageSourceOptions& options) {
   return std::make_unique<CameraSource>(source, options);
 }

@@ -15,7 +15,7 @@ bool IsCamera(const std::string& source);
 // Reads a camera by FFmpeg. Time stamps are the stream's own, or when an image arrives where it has
 // none. A stream that breaks off is connected again, for 30 s; one of known length (a film at an
 // address) ends. Throws InputError where it cannot be opened, or has no image that can be decoded.
-std::unique_ptr<ImageSource> OpenCamera(const std::string& source,
+std::unique_ptr<ImageSource> OpenStream(const std::string& source,
                                         const ImageSourceOptions& options);
 
 // The device of the N-th camera at USB, in the order of their numbers, of those that `classes`

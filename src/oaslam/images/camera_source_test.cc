@@ -27,7 +27,7 @@ TEST(CameraSource, IsToldByItsName) {
 
 std::string MessageOf(const std::string& source, const ImageSourceOptions& options = {}) {
   try {
-    OpenCamera(source, options);
+    OpenStream(source, options);
   } catch (const InputError& error) {
     return error.what();
   }

@@ -118,7 +118,7 @@ std::unique_ptr<ImageSource> OpenImages(const std::string& source,
                          fs::exists(fs::path(source) / "rgb.txt", error)))
     throw InputError(
         fmt::format("{}: --follow asks for a folder of images (without rgb.txt)", source));
-  if (IsCamera(source)) return OpenCamera(source, options);
+  if (IsCamera(source)) return OpenStream(source, options);
   if (options.follow) return FollowFolder(source, options);
   if (auto images = ListChecked(source, options))
     return std::make_unique<ListSource>(source, std::move(*images), options);

@@ -1,5 +1,8 @@
 #include "oaslam/latest_image.h"
 
+#include <fmt/format.h>
+
+#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -7,6 +10,8 @@
 #include <utility>
 
 #include "oaslam/error.h"
+#include "oaslam/images/camera_source.h"
+#include "oaslam/util/log.h"
 
 namespace oaslam {
 
@@ -97,5 +102,60 @@ std::optional<InputImage> LatestImageSource::Next() { return impl_->Next(); }
 int LatestImageSource::size() const { return impl_->size(); }
 void LatestImageSource::Stop() { impl_->Stop(); }
 int LatestImageSource::dropped() const { return impl_->dropped(); }
+
+namespace {
+
+// Leaves out what cannot be read, and plays a recording at the speed of its time stamps.
+class PlayedSource : public ImageSource {
+ public:
+  PlayedSource(std::unique_ptr<ImageSource> source, bool is_recording)
+      : source_(std::move(source)), is_recording_(is_recording) {}
+
+  std::optional<InputImage> Next() override {
+    std::optional<InputImage> image = source_->Next();
+    for (; image && image->image.empty(); image = source_->Next())
+      Log(LogLevel::kWarning, fmt::format("{}: cannot be read, left out", image->name));
+    if (image && is_recording_) WaitUntilItIsTime(*image);
+    return image;
+  }
+  int size() const override { return source_->size(); }
+  void Stop() override {
+    {
+      const std::lock_guard lock(mutex_);
+      is_stopped_ = true;
+    }
+    changed_.notify_all();
+    source_->Stop();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void WaitUntilItIsTime(InputImage& image) {
+    if (!begun_) begun_ = {Clock::now(), image.timestamp};
+    const std::chrono::duration<double> since_first(image.timestamp - begun_->second);
+    const auto time = begun_->first + std::chrono::duration_cast<Clock::duration>(since_first);
+    std::unique_lock lock(mutex_);
+    changed_.wait_until(lock, time, [this] { return is_stopped_; });
+    image.taken_s = std::chrono::duration<double>(time.time_since_epoch()).count();
+  }
+
+  std::unique_ptr<ImageSource> source_;
+  bool is_recording_;
+  // When the first image was returned, and its time stamp.
+  std::optional<std::pair<Clock::time_point, double>> begun_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool is_stopped_ = false;  // guarded by the mutex
+};
+
+}  // namespace
+
+std::unique_ptr<ImageSource> OpenCamera(const std::string& source,
+                                        const ImageSourceOptions& options) {
+  const bool is_recording = !IsCamera(source) && !options.follow;
+  return std::make_unique<LatestImageSource>(
+      std::make_unique<PlayedSource>(OpenImages(source, options), is_recording));
+}
 
 }  // namespace oaslam

@@ -244,5 +244,22 @@ TEST(LatestImageSource, AFollowedFolderMayBeGivenUp) {
   EXPECT_EQ(waiting.Next()->name, "a.pgm");
 }
 
+TEST(OpenCamera, PlaysARecordingAtItsOwnSpeedWithoutWhatCannotBeRead) {
+  const TempFolder folder;
+  for (const char* name : {"0.pgm", "1.pgm", "2.pgm", "4.pgm"}) folder.Write(name, Pgm(1));
+  folder.Write("3.pgm", "P5\n4 4");
+  constexpr double kRate = 20;
+  const auto begun = std::chrono::steady_clock::now();
+  const auto source = OpenCamera(folder.path(), {.fps = kRate});
+  std::string last;
+  while (const auto image = source->Next()) {
+    EXPECT_FALSE(image->image.empty());
+    last = image->name;
+  }
+  EXPECT_EQ(last, "4.pgm");
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begun;
+  EXPECT_GE(taken.count(), 4 / kRate);
+}
+
 }  // namespace
 }  // namespace oaslam

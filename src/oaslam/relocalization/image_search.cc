@@ -36,6 +36,7 @@ RelocalizationResult ResultOf(const Relocalization& found) {
   result.object_margin = found.objects.margin;
   result.inlier_points = found.points.inliers;
   result.matched_objects = static_cast<int>(found.objects.matched.size());
+  result.covariance = found.covariance;
   result.sigma_position = found.sigma_position();
   for (const PoseHypothesis& h : found.candidates)
     result.candidates.push_back({h.cam_from_world.Inverse(), h.score});

@@ -113,6 +113,9 @@ void MapSnapshot::Save(const std::string& path) const { SaveMap(path, SavedMapOf
 
 const std::vector<Camera>& MapSnapshot::Cameras() const { return content_->map->cameras; }
 const std::map<int, std::string>& MapSnapshot::CategoryNames() const { return *content_->names; }
+int MapSnapshot::submaps() const {
+  return content_->saved ? 1 + static_cast<int>(content_->saved->submaps.size()) : 1;
+}
 WorldId MapSnapshot::world() const { return content_->world; }
 std::optional<Eigen::Vector3d> MapSnapshot::up() const { return content_->map->up; }
 bool MapSnapshot::is_up_measured() const {
@@ -177,6 +180,19 @@ std::vector<MapSnapshot::Observation> MapSnapshot::Observations(LandmarkId id) c
   if (!l) return found;
   for (const oaslam::Observation& o : l->observations)
     found.push_back(ObservationOf(map, o.keyframe, o.keypoint, id));
+  return found;
+}
+
+std::vector<MapSnapshot::Sighting> MapSnapshot::Observations(ObjectId id) const {
+  std::vector<Sighting> found;
+  const Map& map = *content_->map;
+  const oaslam::Object* object = map.objects.Find(id);
+  if (!object || !IsShown(*object)) return found;
+  for (const ObjectObservation& o : object->observations)
+    if (const auto reference = map.ResolveKeyframe(o.reference))
+      found.push_back({reference->by,
+                       (o.cam_from_reference * *map.ResolvePose(o.reference)).Inverse(), o.box,
+                       o.score});
   return found;
 }
 

@@ -362,6 +362,7 @@ oaslam_status oaslam_slam_place_anchor(oaslam_slam* slam, const oaslam_anchor_re
     AnchorRequest asked;
     asked.name = TextOf(request->name);
     asked.model = TextOf(request->model);
+    if (request->is_at_pixel) asked.pixel = Eigen::Vector2d(request->pixel[0], request->pixel[1]);
     asked.origin = VectorOf(request->origin);
     asked.direction = VectorOf(request->direction);
     if (request->is_on_object) asked.object = ObjectId(request->object);

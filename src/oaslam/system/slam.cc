@@ -76,11 +76,21 @@ void Slam::SetClassRelations(const ClassRelations& relations) {
   impl_->ExpectMapping();
 }
 
-std::vector<AnchorPose> Slam::Anchors() const { return PosesOf(*impl_->session().snapshot()); }
+std::vector<AnchorPose> Slam::Anchors() const {
+  std::vector<AnchorPose> anchors = PosesOf(*impl_->session().snapshot());
+  if (const auto world_from_cam = impl_->newest_.PoseIn(impl_->world()))
+    for (AnchorPose& anchor : anchors)
+      anchor.cam_from_anchor = world_from_cam->Inverse() * anchor.world_from_anchor;
+  return anchors;
+}
 
 AnchorReport Slam::PlaceAnchor(const AnchorRequest& request) {
-  return impl_->ChangeAnchors([&](const Map& map, oaslam::Anchors& anchors) {
-    return oaslam::PlaceAnchor(map, request, anchors);
+  return impl_->ChangeAnchors([&](const Map& map, oaslam::Anchors& anchors) -> AnchorReport {
+    if (!request.pixel || request.pose) return oaslam::PlaceAnchor(map, request, anchors);
+    AnchorRequest by_ray = request;
+    if (std::string problem = impl_->SetRay(map, by_ray); !problem.empty())
+      return {"", std::move(problem)};
+    return oaslam::PlaceAnchor(map, by_ray, anchors);
   });
 }
 
@@ -164,11 +174,17 @@ void Slam::NameRecording(const std::string& name, const std::string& images) {
   impl_->recording_.images = images;
 }
 
-void Slam::Save(const std::string& path) const { WholeMap().Save(path); }
+void Slam::Save(const std::string& path) const {
+  if (impl_->session().snapshot()->keyframes.empty())
+    Log(LogLevel::kWarning, fmt::format("{}: the map that is saved is empty", path));
+  WholeMap().Save(path);
+}
 
 void Slam::Load(const std::string& path, int submap) { Load(MapSnapshot::Load(path, submap)); }
 
 void Slam::Load(const MapSnapshot& map) {
+  if (map.Keyframes().size() == 0)
+    Log(LogLevel::kWarning, "the map that is loaded is empty: no camera will be found in it");
   impl_->Begin(SavedMapOf(map), map.world(), true);
   const std::shared_ptr<const LandmarkIndex>& index = map.content()->index;
   if (!index) return;

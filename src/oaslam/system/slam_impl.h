@@ -46,6 +46,8 @@ class OASLAM_LOCAL Slam::Impl {
   Frame MakeFrame(const ImageInput& input, int index, int keypoints);
   RelocalizationResult Relocalize(const ImageInput& input, const RelocalizeOptions& options);
   void SetMask(const ImageMask& mask);
+  // Sets the ray of a pixel of the newest image; returns why there is none, or nothing.
+  std::string SetRay(const Map& map, AnchorRequest& request) const;
   // Edits the newest map's anchors, not those that the tracker sees: commands that are still queued
   // may change the scale of the map.
   AnchorReport ChangeAnchors(
