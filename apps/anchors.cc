@@ -6,10 +6,10 @@
 #include "commands.h"
 #include "common.h"
 #include "oaslam/anchors/editing.h"
-#include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/storage/map_file.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam::apps {
 namespace {
@@ -22,30 +22,22 @@ struct AnchorsOptions {
 
 constexpr const char* kPlaceForm = "NAME=MODEL@object:ID or NAME=MODEL@keyframe:ID:X,Y";
 
-std::pair<std::string, std::string> Split(const std::string& text, char separator,
-                                          const std::string& whole, const char* form) {
-  const size_t at = text.find(separator);
-  if (at == std::string::npos || at == 0 || at + 1 == text.size())
-    throw InputError(fmt::format("{} is not of the form {}", whole, form));
-  return {text.substr(0, at), text.substr(at + 1)};
-}
-
 uint32_t ParseId(const std::string& text, const std::string& whole) {
   const std::optional<double> value = ParseNumber(text);
   if (!value || *value < 0 || *value > 1e8 || *value != static_cast<uint32_t>(*value))
-    throw InputError(fmt::format("{}: \"{}\" is not an id", whole, text));
+    throw BadInput("{}: \"{}\" is not an id", whole, text);
   return static_cast<uint32_t>(*value);
 }
 
 // The ray through a pixel of a keyframe's image, as the camera gave it.
 void SetRay(const Map& map, const std::string& at, const std::string& whole,
             AnchorRequest& request) {
-  const auto [id, pixel] = Split(at, ':', whole, kPlaceForm);
-  const auto [x, y] = Split(pixel, ',', whole, kPlaceForm);
+  const auto [id, pixel] = SplitValue(at, ':', whole, kPlaceForm);
+  const auto [x, y] = SplitValue(pixel, ',', whole, kPlaceForm);
   const std::optional<double> px = ParseNumber(x), py = ParseNumber(y);
-  if (!px || !py) throw InputError(fmt::format("{}: \"{}\" is not a pixel X,Y", whole, pixel));
+  if (!px || !py) throw BadInput("{}: \"{}\" is not a pixel X,Y", whole, pixel);
   const Keyframe* keyframe = map.keyframes.Find(KeyframeId(ParseId(id, whole)));
-  if (!keyframe) throw InputError(fmt::format("{}: the map has no keyframe {}", whole, id));
+  if (!keyframe) throw BadInput("{}: the map has no keyframe {}", whole, id);
   const Camera& camera = map.cameras[keyframe->camera];
   const Rigid3 world_from_cam = keyframe->cam_from_world.Inverse();
   request.origin = world_from_cam.translation;
@@ -53,9 +45,9 @@ void SetRay(const Map& map, const std::string& at, const std::string& whole,
 }
 
 void Place(const std::string& text, Map& map) {
-  const auto [name, what] = Split(text, '=', text, kPlaceForm);
-  const auto [model, where] = Split(what, '@', text, kPlaceForm);
-  const auto [kind, at] = Split(where, ':', text, kPlaceForm);
+  const auto [name, what] = SplitValue(text, '=', text, kPlaceForm);
+  const auto [model, where] = SplitValue(what, '@', text, kPlaceForm);
+  const auto [kind, at] = SplitValue(where, ':', text, kPlaceForm);
   AnchorRequest request;
   request.name = name;
   request.model = model;
@@ -64,31 +56,31 @@ void Place(const std::string& text, Map& map) {
   else if (kind == "keyframe")
     SetRay(map, at, text, request);
   else
-    throw InputError(fmt::format("{} is not of the form {}", text, kPlaceForm));
+    throw BadInput("{} is not of the form {}", text, kPlaceForm);
   if (const AnchorReport report = PlaceAnchor(map, request, map.anchors); !report.IsDone())
-    throw InputError(fmt::format("{}: {}", text, report.why_not));
+    throw BadInput("{}: {}", text, report.why_not);
 }
 
 void Change(const std::string& whole, const std::string& name, const AnchorEdit& edit, Map& map) {
   if (const AnchorReport report = EditAnchor(map, name, edit, map.anchors); !report.IsDone())
-    throw InputError(fmt::format("{}: {}", whole, report.why_not));
+    throw BadInput("{}: {}", whole, report.why_not);
 }
 
 void Edit(const AnchorsOptions& options, Map& map) {
   for (const std::string& text : options.place) Place(text, map);
   for (const std::string& text : options.size) {
-    const auto [name, size] = Split(text, '=', text, "NAME=SIZE");
+    const auto [name, size] = SplitValue(text, '=', text, "NAME=SIZE");
     const std::optional<double> value = ParseNumber(size);
-    if (!value) throw InputError(fmt::format("{}: \"{}\" is not a number", text, size));
-    Change(text, name, {.name = {}, .size = *value, .turn_rad = 0}, map);
+    if (!value) throw BadInput("{}: \"{}\" is not a number", text, size);
+    Change(text, name, {.size = *value}, map);
   }
   for (const std::string& text : options.rename) {
-    const auto [name, other] = Split(text, '=', text, "NAME=OTHER");
-    Change(text, name, {.name = other, .size = {}, .turn_rad = 0}, map);
+    const auto [name, other] = SplitValue(text, '=', text, "NAME=OTHER");
+    Change(text, name, {.name = other}, map);
   }
   for (const std::string& name : options.erase)
     if (map.anchors.erase(name) == 0)
-      throw InputError(fmt::format("--delete {}: there is no anchor of this name", name));
+      throw BadInput("--delete {}: there is no anchor of this name", name);
 }
 
 void Print(const Map& map) {
@@ -120,27 +112,17 @@ void AddAnchorsCommand(CLI::App& app) {
   const auto options = std::make_shared<AnchorsOptions>();
   command->add_option("map", options->map, "map file; edited in place unless --out is given")
       ->required();
-  command
-      ->add_option("--place", options->place,
-                   "PLACE is object:ID, on top of an object, or keyframe:ID:X,Y, on the surface "
-                   "seen at a pixel of a keyframe; may be repeated")
-      ->type_name("NAME=MODEL@PLACE")
-      ->expected(1)
-      ->take_all();
-  command
-      ->add_option("--size", options->size,
-                   "of the content's longest side, in units of the map; may be repeated")
-      ->type_name("NAME=SIZE")
-      ->expected(1)
-      ->take_all();
-  command->add_option("--rename", options->rename, "another name for it; may be repeated")
-      ->type_name("NAME=OTHER")
-      ->expected(1)
-      ->take_all();
-  command->add_option("--delete", options->erase, "forget an anchor; may be repeated")
-      ->type_name("NAME")
-      ->expected(1)
-      ->take_all();
+  AddRepeatable(*command, "--place", options->place,
+                "PLACE is object:ID, on top of an object, or keyframe:ID:X,Y, on the surface "
+                "seen at a pixel of a keyframe; may be repeated")
+      ->type_name("NAME=MODEL@PLACE");
+  AddRepeatable(*command, "--size", options->size,
+                "of the content's longest side, in units of the map; may be repeated")
+      ->type_name("NAME=SIZE");
+  AddRepeatable(*command, "--rename", options->rename, "another name for it; may be repeated")
+      ->type_name("NAME=OTHER");
+  AddRepeatable(*command, "--delete", options->erase, "forget an anchor; may be repeated")
+      ->type_name("NAME");
   command->add_option("--out", options->out, "write the edited map to this file instead");
   command->add_flag("--quiet", options->quiet, "print nothing");
   command->callback([options] { EditAnchors(*options); });

@@ -1,14 +1,12 @@
 #include "beside.h"
 
-#include <fmt/format.h>
-
 #include <cctype>
 #include <filesystem>
 
 #include "default_detector.h"
-#include "oaslam/error.h"
 #include "oaslam/images/camera_source.h"
-#include "oaslam/util/url.h"
+#include "oaslam/util/bad_input.h"
+#include "oaslam/util/uri.h"
 
 namespace oaslam::apps {
 
@@ -43,8 +41,7 @@ std::string FolderBeside(const std::string& images, const std::string& suffix) {
   std::error_code error;
   if (path == "." || path.filename() == "..") path = fs::canonical(path, error);
   if (!path.has_filename())
-    throw InputError(
-        fmt::format("{}: there is nothing beside it: --out DIR says where to write", images));
+    throw BadInput("{}: there is nothing beside it: --out DIR says where to write", images);
   const fs::path name = fs::is_directory(path, error) ? path.filename() : path.stem();
   return (path.parent_path() / name).string() + suffix;
 }
@@ -53,7 +50,7 @@ void Complete(const PlainForm& form, const std::string& suffix, const PlainChoic
   if (!form.IsUsed()) return;
   std::error_code error;
   if (!IsCamera(form.images) && !fs::exists(form.images, error))
-    throw InputError(fmt::format("{}: there is no such file or folder", form.images));
+    throw BadInput("{}: there is no such file or folder", form.images);
   choices.images = form.images;
   if (choices.out.empty()) choices.out = FolderBeside(form.images, suffix);
   // What run and localize write at their end.
@@ -61,9 +58,9 @@ void Complete(const PlainForm& form, const std::string& suffix, const PlainChoic
     return fs::exists(fs::path(choices.out) / name, error);
   };
   if (!form.force && (has("summary.json") || has("poses.txt")))
-    throw InputError(fmt::format(
+    throw BadInput(
         "{}: there are results already; --force overwrites them, --out DIR writes elsewhere",
-        choices.out));
+        choices.out);
   if (choices.detector.model.empty() && choices.detections.empty())
     choices.detector.model = DefaultDetectorOrOffer();
 }

@@ -11,11 +11,11 @@
 #include "oaslam/bundle/rolling_shutter.h"
 #include "oaslam/bundle/self_calibration.h"
 #include "oaslam/camera_file.h"
-#include "oaslam/error.h"
 #include "oaslam/image_source.h"
 #include "oaslam/images/camera_source.h"
 #include "oaslam/map/camera_replacement.h"
 #include "oaslam/objects/object_mapper.h"
+#include "oaslam/util/bad_input.h"
 #include "readable_images.h"
 
 namespace oaslam::apps {
@@ -91,8 +91,8 @@ void AddCameraOptions(CLI::App& app, CameraSettings& settings) {
 void CheckImageSize(const cv::Size& size, const std::string& source) {
   constexpr int kLeast = 33;  // pixels: the odometry's border at both sides, and one between
   if (std::min(size.width, size.height) < kLeast)
-    throw InputError(fmt::format("{}: images of {} x {}, allowed: {} pixels or more at each side",
-                                 source, size.width, size.height, kLeast));
+    throw BadInput("{}: images of {} x {}, allowed: {} pixels or more at each side", source,
+                   size.width, size.height, kLeast);
 }
 
 CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string& images,

@@ -19,4 +19,8 @@ void AddExportCommand(CLI::App& app);
 void AddViewCommand(CLI::App& app);
 void AddOdometryCommand(CLI::App& app);
 
+// Each adds its subcommand, as those of commands.h do.
+void AddServeCommand(CLI::App& app);
+void AddModelsCommand(CLI::App& app);
+
 }  // namespace oaslam::apps

@@ -8,14 +8,14 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <utility>
 
 #include "oaslam/config_file.h"
-#include "oaslam/error.h"
+#include "oaslam/content/model_library.h"
 #include "oaslam/formats/time_unit.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/printable.h"
 
 namespace oaslam::apps {
@@ -49,6 +49,11 @@ void PutOnStderr(const std::string& text) { std::fputs(text.c_str(), stderr); }
 
 }  // namespace
 
+CLI::Option* AddRepeatable(CLI::App& app, const std::string& name, std::vector<std::string>& values,
+                           const std::string& description) {
+  return app.add_option(name, values, description)->expected(1)->take_all();
+}
+
 void AddQuietOption(CLI::App& app, CommonOptions& options) {
   app.add_flag_function(
       "--quiet",
@@ -66,11 +71,9 @@ void AddQuietOption(CLI::App& app, CommonOptions& options) {
 void AddConfigOptions(CLI::App& app, CommonOptions& options) {
   app.add_option("--config", options.config, "Configuration file (YAML: sections of keys)")
       ->type_name("YAML");
-  app.add_option("--set", options.set,
-                 "Sets one configuration key, e.g. tracking.min_inliers=25; may be repeated")
-      ->type_name("KEY=VALUE")
-      ->expected(1)
-      ->take_all();
+  AddRepeatable(app, "--set", options.set,
+                "Sets one configuration key, e.g. tracking.min_inliers=25; may be repeated")
+      ->type_name("KEY=VALUE");
 }
 
 void AddFrameOptions(CLI::App& app, CommonOptions& options) {
@@ -92,10 +95,9 @@ void AddExifOption(CLI::App& app, CommonOptions& options) {
 }
 
 void AddFollowOption(CLI::App& app, CommonOptions& options) {
-  app.add_option(
-         "--follow", options.follow_s,
-         "The folder of images grows: take new ones as they come, until a file named stop is in "
-         "it, Ctrl-C, or SECONDS without one")
+  app.add_option("--follow", options.follow_s,
+                 "The folder of images grows: take new ones as they come, until a file named stop "
+                 "is in it, Ctrl-C, or SECONDS without one")
       ->type_name("[SECONDS]")
       ->check(CLI::Range(0.0, 1e6));
 }
@@ -131,17 +133,25 @@ void AddCommonOptions(CLI::App& app, CommonOptions& options) {
   AddQuietOption(app, options);
 }
 
+std::pair<std::string, std::string> SplitValue(const std::string& text, char separator,
+                                               const std::string& whole, const char* form) {
+  const size_t at = text.find(separator);
+  if (at == std::string::npos || at == 0 || at + 1 == text.size())
+    throw BadInput("{} is not of the form {}", whole, form);
+  return {text.substr(0, at), text.substr(at + 1)};
+}
+
 SlamConfig LoadConfiguration(const CommonOptions& options, SlamConfig config) {
   if (!options.config.empty()) LoadConfig(options.config, config);
   for (const std::string& assignment : options.set) {
     try {
       ApplySetting(assignment, config);
     } catch (const InputError& error) {
-      throw InputError(fmt::format("--set {}", error.what()));
+      throw BadInput("--set {}", error.what());
     }
   }
   if (const auto problems = config.Validate(); !problems.empty())
-    throw InputError(fmt::format("configuration: {}", fmt::join(problems, "\n")));
+    throw BadInput("configuration: {}", fmt::join(problems, "\n"));
   return config;
 }
 
@@ -179,8 +189,7 @@ OutputFolder::OutputFolder(const std::string& path) {
   fs::remove(probe, error);
   if (is_writable) return;
   RemoveWhatIsEmpty();
-  throw InputError(
-      fmt::format("{}: the folder cannot be {}", path, is_there ? "written to" : "created"));
+  throw BadInput("{}: the folder cannot be {}", path, is_there ? "written to" : "created");
 }
 
 OutputFolder::~OutputFolder() { RemoveWhatIsEmpty(); }
@@ -193,19 +202,19 @@ void OutputFolder::RemoveWhatIsEmpty() {
 
 OutputFolder FolderOfOutputFile(const std::string& path, const std::string& option) {
   if (std::filesystem::is_directory(path))
-    throw InputError(fmt::format("{}: a folder, {} asks for a file", path, option));
+    throw BadInput("{}: a folder, {} asks for a file", path, option);
   const std::string folder = std::filesystem::path(path).parent_path().string();
   try {
     return OutputFolder(folder.empty() ? "." : folder);
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{} {}: {}", option, path, error.what()));
+    throw BadInput("{} {}: {}", option, path, error.what());
   }
 }
 
 OutputFolder FolderOfMapFile(const std::string& path, const std::string& option) {
   std::error_code error;
   if (std::filesystem::is_other(std::filesystem::status(path, error)))
-    throw InputError(fmt::format("{}: is no regular file, {} asks for one", path, option));
+    throw BadInput("{}: is no regular file, {} asks for one", path, option);
   return FolderOfOutputFile(path, option);
 }
 
@@ -262,6 +271,20 @@ void ProgressBar::Finish() {
   } else if (done_ > printed_) {
     PutOnStderr(Line(state_, seconds) + "\n");
   }
+}
+
+CLI::Option* AddModelOption(CLI::App& app, std::vector<std::string>& files) {
+  return AddRepeatable(
+             app, "--model", files,
+             "a model of virtual content (.glb, .gltf), named as its file; may be repeated")
+      ->type_name("FILE");
+}
+
+std::shared_ptr<const ModelLibrary> LoadModels(const std::vector<std::string>& files,
+                                               bool with_meshes) {
+  const auto models = std::make_shared<ModelLibrary>(files);
+  if (with_meshes) models->LoadMeshes();
+  return models;
 }
 
 }  // namespace oaslam::apps

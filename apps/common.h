@@ -4,8 +4,10 @@
 #include <chrono>
 #include <deque>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "oaslam/class_names.h"
@@ -13,6 +15,10 @@
 #include "oaslam/formats/leftover.h"
 #include "oaslam/image_source.h"
 #include "signals.h"
+
+namespace oaslam {
+class ModelLibrary;
+}
 
 namespace oaslam::apps {
 
@@ -31,6 +37,9 @@ struct CommonOptions {
   std::optional<double> follow_s;  // --follow: 0 without a limit
 };
 
+// An option that may be repeated, with a value each time.
+CLI::Option* AddRepeatable(CLI::App& app, const std::string& name, std::vector<std::string>& values,
+                           const std::string& description);
 void AddQuietOption(CLI::App& app, CommonOptions& options);    // --quiet, --verbose
 void AddConfigOptions(CLI::App& app, CommonOptions& options);  // --config, --set
 void AddFrameOptions(CLI::App& app, CommonOptions& options);   // --from, --to, --fps, --time-unit
@@ -42,6 +51,11 @@ void AddClassesOption(CLI::App& app, CommonOptions& options);
 void AddRelocalizationOption(CLI::App& app, std::string& mode, const std::string& description);
 // All of them. `options` must outlive the parsing.
 void AddCommonOptions(CLI::App& app, CommonOptions& options);
+
+// The two parts of a value, neither of which may be empty. Throws InputError, which says that
+// `whole`, of which `text` is a part, is not of this form.
+std::pair<std::string, std::string> SplitValue(const std::string& text, char separator,
+                                               const std::string& whole, const char* form);
 
 // --config, then --set, then validation; all problems in one InputError. `config`: the defaults.
 SlamConfig LoadConfiguration(const CommonOptions& options, SlamConfig config = {});
@@ -99,5 +113,13 @@ class ProgressBar {
   std::string state_;
   std::chrono::steady_clock::time_point start_;
 };
+
+// --model, may be repeated. Returns the option.
+CLI::Option* AddModelOption(CLI::App& app, std::vector<std::string>& files);
+
+// The built-in models of virtual content and those of files; `with_meshes`: load their meshes, for
+// drawing by the program itself. Throws InputError.
+std::shared_ptr<const ModelLibrary> LoadModels(const std::vector<std::string>& files,
+                                               bool with_meshes);
 
 }  // namespace oaslam::apps

@@ -8,10 +8,10 @@
 #include <optional>
 
 #include "camera_choice.h"
-#include "oaslam/error.h"
 #include "oaslam/formats/imu_file.h"
 #include "oaslam/images/camera_source.h"
 #include "oaslam/images/dataset.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam::apps {
 namespace {
@@ -72,9 +72,9 @@ std::vector<StampedPose> LoadGroundtruth(const std::string& path, const CommonOp
   any.follow_s.reset();
   const std::optional<Dataset> dataset = FindQuietly(path, any);
   if (!dataset || !dataset->truth)
-    throw InputError(fmt::format(
+    throw BadInput(
         "{}: is a folder {}; give the file of the ground truth", path,
-        dataset ? "of " + dataset->layout + " without a ground truth" : "in no known layout"));
+        dataset ? "of " + dataset->layout + " without a ground truth" : "in no known layout");
   return dataset->truth();
 }
 

@@ -1,6 +1,5 @@
 #include "detection_choice.h"
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 namespace oaslam::apps {

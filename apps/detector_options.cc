@@ -52,10 +52,9 @@ CLI::Option* AddDetectorOptions(CLI::App& app, DetectorSettings& settings) {
       ->check(CLI::IsMember({"auto", "onnxruntime", "opencv"}))
       ->capture_default_str();
   return app
-      .add_option(
-          "--detector", settings.model,
-          "Object detector: an ONNX file of the YOLO family, the name of one (`oaslam models` "
-          "lists them), default (yolox_nano), or none")
+      .add_option("--detector", settings.model,
+                  "Object detector: an ONNX file of the YOLO family, the name of one (`oaslam "
+                  "models` lists them), default (yolox_nano), or none")
       ->type_name("DETECTOR");
 }
 

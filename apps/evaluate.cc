@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -8,14 +7,13 @@
 #include "commands.h"
 #include "common.h"
 #include "dataset_choice.h"
-#include "oaslam/error.h"
 #include "oaslam/evaluation/object_metrics.h"
 #include "oaslam/evaluation/plots.h"
-#include "oaslam/evaluation/reliability.h"
 #include "oaslam/evaluation/relocalization_metrics.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/exports/map_scene.h"
 #include "oaslam/formats/table_file.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 #include "recording_choice.h"
 
@@ -77,7 +75,7 @@ void Evaluate(const EvaluateOptions& o, const Estimate& estimated,
   const std::vector<StampedPose>& estimate = estimated.poses;
   const auto groundtruth = LoadGroundtruth(groundtruth_path, o.common);
   const TrajectoryReport report = EvaluateTrajectory(groundtruth, estimate, ParseAlign(o.align));
-  if (!report.success) throw InputError(fmt::format("{}: {}", estimated.name, report.why_not));
+  if (!report.success) throw BadInput("{}: {}", estimated.name, report.why_not);
   const double scale = report.reference_from_estimate.scale;
   fmt::print("{:<26} {:>10} {:>10} {:>10} {:>10} {:>7}\n", "", "rmse", "mean", "median", "max",
              "count");
@@ -111,9 +109,9 @@ void WarnOfRepeatedTimes(const std::string& path, const std::vector<StampedPose>
     repeated += poses[i].timestamp == poses[i - 1].timestamp ? 1 : 0;
   if (repeated > 0)
     Log(LogLevel::kWarning,
-        fmt::format("{}: {} times are there twice: of two recordings? They are mixed up then; "
-                    "oaslam export --recording takes one of a map",
-                    path, repeated));
+        "{}: {} times are there twice: of two recordings? They are mixed up then; oaslam export "
+        "--recording takes one of a map",
+        path, repeated);
 }
 
 // The trajectory of a file, or those of each recording of a map.
@@ -138,10 +136,10 @@ std::vector<Estimate> LoadEstimates(const EvaluateOptions& o) {
 void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
   const std::vector<Estimate> estimates = LoadEstimates(o);
   if (o.groundtruths.size() != estimates.size())
-    throw InputError(
-        fmt::format("{}: has {} recordings, and {} ground truths are given; allowed: one for each, "
-                    "or --recording",
-                    o.estimate, estimates.size(), o.groundtruths.size()));
+    throw BadInput(
+        "{}: has {} recordings, and {} ground truths are given; allowed: one for each, or "
+        "--recording",
+        o.estimate, estimates.size(), o.groundtruths.size());
   if (estimates.size() > 1 && !(o.plot + o.frames).empty())
     throw InputError("--plot, --frames: are for one recording (--recording)");
   for (size_t i = 0; i < estimates.size(); ++i) {
@@ -155,7 +153,7 @@ Alignment AlignMap(const EvaluateOptions& o, const std::string& map_trajectory) 
   const std::string& groundtruth = o.map_groundtruth.empty() ? o.groundtruth : o.map_groundtruth;
   const TrajectoryReport report = EvaluateTrajectory(
       LoadGroundtruth(groundtruth, o.common), LoadTrajectory(map_trajectory), ParseAlign(o.align));
-  if (!report.success) throw InputError(fmt::format("{}: {}", map_trajectory, report.why_not));
+  if (!report.success) throw BadInput("{}: {}", map_trajectory, report.why_not);
   return report.reference_from_estimate;
 }
 
@@ -166,8 +164,7 @@ std::vector<double> FrameTimes(const EvaluateOptions& o, const std::string& pose
   const fs::path beside = fs::path(poses_path).parent_path() / "frames.csv";
   if (fs::exists(beside)) return LoadFrameTimes(beside.string());
   Log(LogLevel::kWarning,
-      fmt::format("{}: no frames.csv beside it and no --frames: shares refer to its poses only",
-                  poses_path));
+      "{}: no frames.csv beside it and no --frames: shares refer to its poses only", poses_path);
   std::vector<double> times;
   for (const StampedPose& pose : poses) times.push_back(pose.timestamp);
   return times;
@@ -205,9 +202,8 @@ std::vector<HypothesisError> HypothesesBeside(const std::string& poses_path,
 // One for each --poses.
 std::vector<Alignment> AlignMaps(const EvaluateOptions& o) {
   if (o.map_trajectories.size() != 1 && o.map_trajectories.size() != o.poses.size())
-    throw InputError(
-        fmt::format("--map-trajectory: given {} times for {} --poses; allowed: once, or once each",
-                    o.map_trajectories.size(), o.poses.size()));
+    throw BadInput("--map-trajectory: given {} times for {} --poses; allowed: once, or once each",
+                   o.map_trajectories.size(), o.poses.size());
   std::vector<Alignment> alignments;
   for (const std::string& path : o.map_trajectories) alignments.push_back(AlignMap(o, path));
   alignments.resize(o.poses.size(), alignments.front());
@@ -259,10 +255,9 @@ void AddEvaluateCommand(CLI::App& app) {
       "trajectory", "Absolute and relative error of a trajectory (TUM format)");
   trajectory->add_option("estimate", o.estimate, "Trajectory, or a map file")->required();
   trajectory
-      ->add_option(
-          "groundtruth", o.groundtruths,
-          "Ground truth, or the folder of a dataset that has it; of a map of several recordings "
-          "one for each")
+      ->add_option("groundtruth", o.groundtruths,
+                   "Ground truth, or the folder of a dataset that has it; of a map of several "
+                   "recordings one for each")
       ->required();
   AddRecordingOption(*trajectory, o.recording);
   trajectory->add_option("--plot", o.plot, "Draw both into this SVG");
@@ -273,18 +268,15 @@ void AddEvaluateCommand(CLI::App& app) {
 
   CLI::App* relocalization =
       evaluate->add_subcommand("relocalization", "Recall and precision of localized poses");
-  relocalization
-      ->add_option("--poses", o.poses, "poses.txt of localize; may be repeated, to compare")
-      ->expected(1)
-      ->take_all()
+  AddRepeatable(*relocalization, "--poses", o.poses,
+                "poses.txt of localize; may be repeated, to compare")
       ->required();
   relocalization->add_option("--map-groundtruth", o.map_groundtruth,
                              "Ground truth of the mapping run, where it is another sequence than "
                              "the query's; default: --groundtruth");
-  relocalization->add_option(
-      "--frames", o.frames,
-      "All frames that were processed (frames.csv or a list with time stamps); "
-      "default: frames.csv beside the poses");
+  relocalization->add_option("--frames", o.frames,
+                             "All frames that were processed (frames.csv or a list with time "
+                             "stamps); default: frames.csv beside the poses");
   relocalization->add_option("--hypotheses", o.hypotheses,
                              "Write confidence and error of each frame's best hypothesis into this "
                              "CSV (of the first --poses)");
@@ -299,11 +291,8 @@ void AddEvaluateCommand(CLI::App& app) {
 
   const std::string map_trajectory =
       "keyframes.txt or trajectory.txt of the mapping run: takes the map to the ground truth";
-  relocalization
-      ->add_option("--map-trajectory", o.map_trajectories,
-                   map_trajectory + "; may be repeated, where each --poses has a map of its own")
-      ->expected(1)
-      ->take_all()
+  AddRepeatable(*relocalization, "--map-trajectory", o.map_trajectories,
+                map_trajectory + "; may be repeated, where each --poses has a map of its own")
       ->required();
   objects->add_option("--map-trajectory", o.map_trajectories, map_trajectory)
       ->expected(1)
@@ -312,9 +301,9 @@ void AddEvaluateCommand(CLI::App& app) {
     command->add_option("--groundtruth", o.groundtruth, "Ground truth (TUM format)")->required();
   for (CLI::App* command : {trajectory, relocalization, objects}) {
     AddAlign(*command, o);
-    command->add_option("--fps", o.common.fps,
-                        "Frames a second that the run was given, where a folder without times is "
-                        "the ground truth");
+    command->add_option(
+        "--fps", o.common.fps,
+        "Frames a second that the run was given, where a folder without times is the ground truth");
   }
   for (CLI::App* command : {trajectory, relocalization, objects})
     AddQuietOption(*command, o.common);

@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <filesystem>
@@ -92,14 +91,11 @@ void AddExportCommand(CLI::App& app) {
       ->add_option("--out", options->out,
                    "file; a folder for colmap and nerfstudio. gltf: .gltf (text) or .glb (binary)")
       ->required();
-  command
-      ->add_option(
-          "--images", options->images,
-          "colmap, nerfstudio: the images of the run (folder, list file, video), found "
-          "by time; a video's frames are written to images/. auto: where they were. Repeated for a "
-          "map of several recordings, in their order. Without: names are time stamps")
-      ->expected(1)
-      ->take_all();
+  AddRepeatable(
+      *command, "--images", options->images,
+      "colmap, nerfstudio: the images of the run (folder, list file, video), found "
+      "by time; a video's frames are written to images/. auto: where they were. Repeated for a "
+      "map of several recordings, in their order. Without: names are time stamps");
   AddRecordingOption(*command, options->recording);
   command->add_flag("--ellipsoids", options->ellipsoids, "ply: the objects as meshes, too");
   AddFrameOptions(*command, options->common);

@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <opencv2/core/utility.hpp>
 #include <thread>
-#include <utility>
 
 #include "camera_choice.h"
 #include "detection_choice.h"
@@ -220,8 +218,7 @@ void FrameInputs::ReportSensors(const GyroscopeCalibration& known) const {
   if (samples.front().timestamp > *last_timestamp_ ||
       samples.back().timestamp < *first_timestamp_) {
     spdlog::warn(
-        "--imu: no sample near any image: it has {:.3f} to {:.3f} s, the images {:.3f} to "
-        "{:.3f} s",
+        "--imu: no sample near any image: it has {:.3f} to {:.3f} s, the images {:.3f} to {:.3f} s",
         samples.front().timestamp, samples.back().timestamp, *first_timestamp_, *last_timestamp_);
     return;
   }

@@ -1,13 +1,12 @@
 #include "gravity_file.h"
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam::apps {
 namespace {
@@ -32,12 +31,10 @@ GravityTrack GravityTrack::Load(const std::string& path) {
       if (const auto value = ParseNumber(field)) values.push_back(*value);
     const bool valid = values.size() == 4 && SplitFields(content).size() == 4;
     if (!valid || Eigen::Vector3d(values[1], values[2], values[3]).norm() == 0)
-      throw InputError(
-          fmt::format("{}:{}: expected \"timestamp gx gy gz\", not all zero", path, number));
+      throw BadInput("{}:{}: expected \"timestamp gx gy gz\", not all zero", path, number);
     track.samples_.push_back({values[0], {values[1], values[2], values[3]}});
   }
-  if (track.samples_.empty())
-    throw InputError(fmt::format("{}: no line \"timestamp gx gy gz\"", path));
+  if (track.samples_.empty()) throw BadInput("{}: no line \"timestamp gx gy gz\"", path);
   std::ranges::stable_sort(track.samples_, {}, &Sample::timestamp);
   std::vector<double> gaps;
   for (size_t i = 1; i < track.samples_.size(); ++i)

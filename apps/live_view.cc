@@ -9,7 +9,7 @@
 #include "common.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/relocalization/snapshot_content.h"
-#include "optional_values.h"
+#include "server_options.h"
 
 namespace oaslam::apps {
 namespace {
@@ -41,13 +41,15 @@ void CheckAddress(const ViewerSettings& settings) {
   if (settings.port) CheckServer(ServerOf(settings));
 }
 
-std::vector<StampedPose> AlignGroundtruth(const std::vector<StampedPose>& groundtruth,
-                                          const std::vector<StampedPose>& trajectory) {
-  constexpr size_t kMinPoses = 20;  // fewer poses do not determine the scale well
-  if (trajectory.size() < kMinPoses) return {};
-  const TrajectoryReport report = EvaluateTrajectory(groundtruth, trajectory, AlignMode::kSim3);
-  if (!report.success) return {};
-  return Aligned(groundtruth, report.reference_from_estimate.Inverse());
+decltype(ViewerOptions::align_groundtruth) AlignerOf(const std::vector<StampedPose>& groundtruth) {
+  if (groundtruth.empty()) return nullptr;
+  return [groundtruth](const std::vector<StampedPose>& trajectory) -> std::vector<StampedPose> {
+    constexpr size_t kMinPoses = 20;  // fewer poses do not determine the scale well
+    if (trajectory.size() < kMinPoses) return {};
+    const TrajectoryReport report = EvaluateTrajectory(groundtruth, trajectory, AlignMode::kSim3);
+    if (!report.success) return {};
+    return Aligned(groundtruth, report.reference_from_estimate.Inverse());
+  };
 }
 
 LiveView::LiveView(const ViewerSettings& settings, const std::string& title, const Slam& slam,
@@ -60,14 +62,9 @@ LiveView::LiveView(const ViewerSettings& settings, const std::string& title, con
                         .accepts_anchors = true,
                         .models = std::move(models),
                         .names = slam.Snapshot().CategoryNames(),
-                        .align_groundtruth = {}};
-  if (!groundtruth.empty())
-    options.align_groundtruth = [groundtruth](const std::vector<StampedPose>& trajectory) {
-      return AlignGroundtruth(groundtruth, trajectory);
-    };
+                        .align_groundtruth = AlignerOf(groundtruth)};
   viewer_ = std::make_unique<Viewer>(std::move(options));
-  status_ = {
-      .live = true, .paused = settings.paused, .mapping = true, .dropped = 0, .title = title};
+  status_ = {.live = true, .paused = settings.paused, .title = title};
   ShowStatus();
   if (!quiet) spdlog::info("viewer: {}", viewer_->url());
 }

@@ -12,7 +12,6 @@
 #include "oaslam/storage/map_file.h"
 #include "oaslam/trajectory_file.h"
 #include "oaslam/viewer/viewer.h"
-#include "server_options.h"
 
 namespace oaslam::apps {
 
@@ -27,9 +26,9 @@ void AddViewerOptions(CLI::App& app, ViewerSettings& settings);
 // Throws InputError where the page cannot be served, without serving it.
 void CheckAddress(const ViewerSettings& settings);
 
-// Ground truth in the frame of a trajectory, for the viewer; empty where they do not fit.
-std::vector<StampedPose> AlignGroundtruth(const std::vector<StampedPose>& groundtruth,
-                                          const std::vector<StampedPose>& trajectory);
+// Brings a ground truth into the frame of a trajectory, for the viewer; to an empty one where they
+// do not fit. Null for an empty one.
+decltype(ViewerOptions::align_groundtruth) AlignerOf(const std::vector<StampedPose>& groundtruth);
 
 // The run's interface to its viewer. Without a port all functions do nothing.
 class LiveView {

@@ -12,7 +12,6 @@
 #include "camera_choice.h"
 #include "commands.h"
 #include "common.h"
-#include "content_options.h"
 #include "dataset_choice.h"
 #include "detection_choice.h"
 #include "failures.h"
@@ -28,6 +27,7 @@
 #include "oaslam/slam.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/trajectory_file.h"
+#include "oaslam/util/bad_input.h"
 #include "recording.h"
 #include "timed_detections.h"
 
@@ -84,8 +84,6 @@ class LocalizeResults {
     failures.Try([&] { SaveScoredPoses(folder_ + "/candidates.txt", candidates_); });
     failures.Try([&] {
       SaveMapSvg(folder_ + "/map.svg", {.map = &saved.map,
-                                        .trajectory = {},
-                                        .groundtruth = {},
                                         .localized = poses_,
                                         .names = saved.class_names,
                                         .title = "oaslam localize"});
@@ -105,15 +103,14 @@ class LocalizeResults {
   // Opened with the first image, so that refused input leaves no file behind.
   void OpenFrames() {
     frames_.open(folder_ + "/frames.csv");
-    if (!frames_) throw InputError(fmt::format("{}/frames.csv: cannot be written", folder_));
+    if (!frames_) throw BadInput("{}/frames.csv: cannot be written", folder_);
     frames_ << "frame,timestamp,status,confidence,inlier_points,matched_objects,sigma_position,ms_"
-               "features,"
-               "ms,object_score,object_margin,focal_length\n";
+               "features,ms,object_score,object_margin,focal_length\n";
   }
   void FinishFrames() {
     if (!frames_.is_open()) OpenFrames();
     frames_.close();
-    if (!frames_) throw InputError(fmt::format("{}/frames.csv: cannot be written whole", folder_));
+    if (!frames_) throw BadInput("{}/frames.csv: cannot be written whole", folder_);
   }
   void SavePresence(const SavedMap& saved) const {
     nlohmann::ordered_json objects = nlohmann::ordered_json::array();
@@ -332,9 +329,8 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
   if (options.side.detections.empty())
     throw InputError("localize: neither --images nor --detections given");
   if (options.relocalization != "objects")
-    throw InputError(
-        fmt::format("localize: --relocalization {} needs --images; without, only objects",
-                    options.relocalization));
+    throw BadInput("localize: --relocalization {} needs --images; without, only objects",
+                   options.relocalization);
   if (IsAutoCamera(options.camera))
     throw InputError("localize: --camera auto needs --images; give a calibration");
   const Camera camera = LoadCamera(options.camera, {0, 0});
@@ -413,10 +409,9 @@ void AddLocalizeCommand(CLI::App& app) {
   const auto options = std::make_shared<LocalizeOptions>();
   command->add_option("--map", options->map, "map file")->required();
   AddSubmapOption(*command, options->submap);
-  auto* images =
-      command->add_option("--images", options->images,
-                          "folder of a dataset or of images, list file, video, or camera "
-                          "(webcam:0, rtsp://...); without: by detections alone");
+  auto* images = command->add_option("--images", options->images,
+                                     "folder of a dataset or of images, list file, video, or "
+                                     "camera (webcam:0, rtsp://...); without: by detections alone");
   AddPlainForm(*command, options->plain, images);
   command->add_option("--camera", options->camera,
                       "calibration file, fov:DEGREES for a guess, or auto (default): that of the "

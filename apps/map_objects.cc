@@ -17,7 +17,6 @@
 #include "mask_choice.h"
 #include "oaslam/camera_file.h"
 #include "oaslam/detection_file.h"
-#include "oaslam/error.h"
 #include "oaslam/exports/map_results.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
@@ -25,6 +24,7 @@
 #include "oaslam/objects/known_poses.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/trajectory_file.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/stopwatch.h"
 #include "timed_detections.h"
 
@@ -69,8 +69,8 @@ std::vector<PosedDetections> PoseDetections(const Options& options, const Camera
         {image.index, image.timestamp, pose->world_from_cam.Inverse(), std::move(detections)});
   }
   if (frames.empty())
-    throw InputError(fmt::format("{}: none of its poses is within {} s of an image of {}",
-                                 options.trajectory, kMaxTimeDifference, options.detections));
+    throw BadInput("{}: none of its poses is within {} s of an image of {}", options.trajectory,
+                   kMaxTimeDifference, options.detections);
   if (frames.size() < images.size())
     spdlog::warn("{} of {} images have no pose within {} s: skipped", images.size() - frames.size(),
                  images.size(), kMaxTimeDifference);

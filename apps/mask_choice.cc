@@ -1,18 +1,16 @@
 #include "mask_choice.h"
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
 #include "camera_choice.h"
-#include "oaslam/error.h"
 #include "oaslam/formats/camera_mask.h"
 #include "oaslam/image_source.h"
 #include "oaslam/images/camera_source.h"
 #include "oaslam/odometry/still_parts.h"
 #include "oaslam/relocalization/frame_maker.h"
+#include "oaslam/util/bad_input.h"
 #include "readable_images.h"
 
 namespace oaslam::apps {
@@ -20,11 +18,9 @@ namespace {
 
 cv::Mat LoadMask(const std::string& path) {
   const cv::Mat mask = cv::imread(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
-  if (mask.empty())
-    throw InputError(fmt::format("--mask {}: is no image; allowed: an image, auto or none", path));
+  if (mask.empty()) throw BadInput("--mask {}: is no image; allowed: an image, auto or none", path);
   const int visible = cv::countNonZero(mask), all = static_cast<int>(mask.total());
-  if (visible == 0)
-    throw InputError(fmt::format("--mask {}: hides the whole image: black hides", path));
+  if (visible == 0) throw BadInput("--mask {}: hides the whole image: black hides", path);
   if (2 * visible < all)
     spdlog::warn("--mask {}: hides {} % of the image: black hides, is it the other way round?",
                  path, int64_t{100} * (all - visible) / all);
@@ -33,8 +29,8 @@ cv::Mat LoadMask(const std::string& path) {
 
 void CheckSize(const std::string& path, const cv::Mat& mask, const cv::Size& images) {
   if (mask.size() != images)
-    throw InputError(fmt::format("--mask {}: of {}x{} pixels, the images have {}x{}", path,
-                                 mask.cols, mask.rows, images.width, images.height));
+    throw BadInput("--mask {}: of {}x{} pixels, the images have {}x{}", path, mask.cols, mask.rows,
+                   images.width, images.height);
 }
 
 cv::Mat HidesNothing(const cv::Size& size) { return cv::Mat(size, CV_8UC1, cv::Scalar(255)); }

@@ -4,9 +4,9 @@
 
 #include "commands.h"
 #include "common.h"
-#include "oaslam/error.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/system/map_merging.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam::apps {
 namespace {
@@ -23,8 +23,7 @@ void Merge(const MergeOptions& options) {
   const MapMerging merging =
       MergeMaps(first, second, RelocalizationModeOf(options.relocalization), config);
   if (!merging.merged)
-    throw InputError(fmt::format("{} and {} are not merged: {}", options.first, options.second,
-                                 merging.evidence));
+    throw BadInput("{} and {} are not merged: {}", options.first, options.second, merging.evidence);
   SaveMap(options.out, *merging.merged);
   if (options.common.quiet) return;
   const Map& map = merging.merged->map;

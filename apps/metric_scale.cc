@@ -1,27 +1,25 @@
 #include "metric_scale.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "oaslam/error.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam::apps {
 namespace {
 
 double NumberOf(const std::string& option, const std::string& text, const std::string& what) {
   const std::optional<double> value = ParseNumber(text);
-  if (!value) throw InputError(fmt::format("{}: {} \"{}\" is not a number", option, what, text));
+  if (!value) throw BadInput("{}: {} \"{}\" is not a number", option, what, text);
   return *value;
 }
 
 double ParseMetres(const std::string& option, const std::string& text) {
   const double metres = NumberOf(option, text, "length");
   if (metres < 1e-3 || metres > 1e4)
-    throw InputError(fmt::format("{}: length {} m, allowed: 0.001 to 10000", option, text));
+    throw BadInput("{}: length {} m, allowed: 0.001 to 10000", option, text);
   return metres;
 }
 
@@ -30,8 +28,7 @@ std::pair<std::string, std::string> SplitAtEquals(const std::string& option,
                                                   const std::string& text,
                                                   const std::string& form) {
   const size_t equals = text.rfind('=');
-  if (equals == std::string::npos)
-    throw InputError(fmt::format("{} {}: expected {}", option, text, form));
+  if (equals == std::string::npos) throw BadInput("{} {}: expected {}", option, text, form);
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
@@ -40,8 +37,8 @@ int CategoryOf(const ClassNames& names, const std::string& name) {
   const auto nearest = std::ranges::min_element(names, {}, edits);
   if (nearest == names.end()) throw InputError("--scale-object: no classes are known");
   if (nearest->second == name) return nearest->first;
-  throw InputError(fmt::format("--scale-object: class \"{}\" is not known, the nearest is \"{}\"",
-                               name, nearest->second));
+  throw BadInput("--scale-object: class \"{}\" is not known, the nearest is \"{}\"", name,
+                 nearest->second);
 }
 
 // Extent of an ellipsoid along a unit direction.
@@ -55,8 +52,7 @@ Eigen::Vector3d PositionAt(const std::vector<StampedPose>& trajectory, double ti
   const auto nearest = std::ranges::min_element(
       trajectory, {}, [&](const StampedPose& p) { return std::abs(p.timestamp - timestamp); });
   if (nearest == trajectory.end() || std::abs(nearest->timestamp - timestamp) > kMaxGap)
-    throw InputError(
-        fmt::format("{}: no pose within {} s of time stamp {}", option, kMaxGap, timestamp));
+    throw BadInput("{}: no pose within {} s of time stamp {}", option, kMaxGap, timestamp);
   return nearest->world_from_cam.translation;
 }
 
@@ -90,8 +86,7 @@ MetricScale::MetricScale(const ScaleSettings& settings, const ClassNames& names,
     text_ = "--scale-from " + settings.from;
     const auto [times, metres] = SplitAtEquals("--scale-from", settings.from, "gt or T1:T2=METRES");
     const size_t colon = times.find(':');
-    if (colon == std::string::npos)
-      throw InputError(fmt::format("{}: expected gt or T1:T2=METRES", text_));
+    if (colon == std::string::npos) throw BadInput("{}: expected gt or T1:T2=METRES", text_);
     from_s_ = NumberOf(text_, times.substr(0, colon), "time stamp");
     to_s_ = NumberOf(text_, times.substr(colon + 1), "time stamp");
     metres_ = ParseMetres(text_, metres);
@@ -100,10 +95,9 @@ MetricScale::MetricScale(const ScaleSettings& settings, const ClassNames& names,
 
 double MetricScale::FromObjects(const Map& map) const {
   if (!map.up)
-    throw InputError(
-        text_ +
-        ": the map's vertical is not known: the camera has turned too little about it; --gravity "
-        "FILE gives it, --scale-from does without");
+    throw InputError(text_ +
+                     ": the map's vertical is not known: the camera has turned too little about "
+                     "it; --gravity FILE gives it, --scale-from does without");
   std::vector<double> heights;
   map.objects.ForEach([&](ObjectId, const Object& object) {
     if (object.state == ObjectState::kMapped && object.category_id == category_id_)

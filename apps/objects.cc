@@ -5,9 +5,9 @@
 
 #include "commands.h"
 #include "common.h"
-#include "oaslam/error.h"
 #include "oaslam/objects/object_merging.h"
 #include "oaslam/storage/map_file.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam::apps {
 namespace {
@@ -22,35 +22,26 @@ ObjectId ParseId(const std::string& text, const Map& map, const std::string& opt
   uint32_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size())
-    throw InputError(fmt::format("{}: \"{}\" is not the id of an object", option, text));
+    throw BadInput("{}: \"{}\" is not the id of an object", option, text);
   const Object* object = map.objects.Find(ObjectId(value));
   if (!object || object->state != ObjectState::kMapped)
-    throw InputError(
-        fmt::format("{}: the map has no object {}; oaslam objects MAP lists them", option, value));
+    throw BadInput("{}: the map has no object {}; oaslam objects MAP lists them", option, value);
   return ObjectId(value);
-}
-
-std::pair<std::string, std::string> Split(const std::string& text, char separator,
-                                          const std::string& form) {
-  const size_t at = text.find(separator);
-  if (at == std::string::npos || at == 0 || at + 1 == text.size())
-    throw InputError(fmt::format("{} is not of the form {}", text, form));
-  return {text.substr(0, at), text.substr(at + 1)};
 }
 
 void Edit(const ObjectsOptions& options, const ObjectsConfig& config, Map& map) {
   for (const std::string& text : options.rename) {
-    const auto [id, name] = Split(text, '=', "--rename ID=NAME");
+    const auto [id, name] = SplitValue(text, '=', text, "--rename ID=NAME");
     map.objects.MutableAt(ParseId(id, map, "--rename")).name = name;
   }
   for (const std::string& text : options.merge) {
-    const auto [first, second] = Split(text, ',', "--merge ID,ID");
+    const auto [first, second] = SplitValue(text, ',', text, "--merge ID,ID");
     const ObjectId a = ParseId(first, map, "--merge"), b = ParseId(second, map, "--merge");
-    if (a == b) throw InputError(fmt::format("--merge {}: both ids are of one object", text));
+    if (a == b) throw BadInput("--merge {}: both ids are of one object", text);
     if (!MergeObjects(map, a, b, config))
-      throw InputError(fmt::format(
+      throw BadInput(
           "--merge {}: the objects are of two classes, or no ellipsoid explains the boxes of both",
-          text));
+          text);
   }
   for (const std::string& text : options.erase) map.objects.Erase(ParseId(text, map, "--delete"));
 }
@@ -91,22 +82,14 @@ void AddObjectsCommand(CLI::App& app) {
   const auto options = std::make_shared<ObjectsOptions>();
   command->add_option("map", options->map, "map file; edited in place unless --out is given")
       ->required();
-  command->add_option("--rename", options->rename, "a name of its own; may be repeated")
-      ->type_name("ID=NAME")
-      ->expected(1)
-      ->take_all();
-  command
-      ->add_option("--merge", options->merge,
-                   "one object was mapped twice; the first stays. May be repeated")
-      ->type_name("ID,ID")
-      ->expected(1)
-      ->take_all();
-  command
-      ->add_option("--delete", options->erase,
-                   "forget an object; may be repeated. After renaming and merging")
-      ->type_name("ID")
-      ->expected(1)
-      ->take_all();
+  AddRepeatable(*command, "--rename", options->rename, "a name of its own; may be repeated")
+      ->type_name("ID=NAME");
+  AddRepeatable(*command, "--merge", options->merge,
+                "one object was mapped twice; the first stays. May be repeated")
+      ->type_name("ID,ID");
+  AddRepeatable(*command, "--delete", options->erase,
+                "forget an object; may be repeated. After renaming and merging")
+      ->type_name("ID");
   command->add_option("--out", options->out, "write the edited map to this file instead");
   AddCommonOptions(*command, options->common);
   command->callback([options] { Objects(*options); });

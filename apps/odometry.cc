@@ -12,10 +12,10 @@
 #include "failures.h"
 #include "frame_inputs.h"
 #include "mask_choice.h"
-#include "oaslam/error.h"
 #include "oaslam/geometry/degree.h"
 #include "oaslam/relocalization/frame_maker.h"
 #include "oaslam/trajectory_file.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam::apps {
@@ -74,8 +74,8 @@ void TrackAll(FrameInputs& inputs, Odometry& odometry, bool quiet, Report& repor
     const cv::Mat& grey = frame->input.image;
     const double timestamp = frame->input.timestamp;
     if (grey.cols != camera.width || grey.rows != camera.height)
-      throw InputError(fmt::format("image {} ({}) has {}x{} pixels, expected {}x{}", frame->index,
-                                   frame->name, grey.cols, grey.rows, camera.width, camera.height));
+      throw BadInput("image {} ({}) has {}x{} pixels, expected {}x{}", frame->index, frame->name,
+                     grey.cols, grey.rows, camera.width, camera.height);
     const Stopwatch watch;
     const OdometryEstimate estimate =
         odometry.Process(ViewOf(grey), timestamp, frame->input.angular_velocity);
@@ -121,10 +121,9 @@ void RunOdometry(const OdometryCommandOptions& given) {
 
 void AddOdometryCommand(CLI::App& app) {
   auto options = std::make_shared<OdometryCommandOptions>();
-  CLI::App* command = app.add_subcommand(
-      "odometry",
-      "The camera's motion alone, without a map: drifts, but has a pose for every image with "
-      "texture");
+  CLI::App* command = app.add_subcommand("odometry",
+                                         "The camera's motion alone, without a map: drifts, but "
+                                         "has a pose for every image with texture");
   command
       ->add_option(
           "images", options->images,

@@ -5,6 +5,7 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 
@@ -12,9 +13,10 @@
 #include "help.h"
 #include "oaslam/detection/network.h"
 #include "oaslam/error.h"
+#include "oaslam/formats/text.h"
 #include "oaslam/images/video_container.h"
 #include "oaslam/util/log.h"
-#include "optional_values.h"
+#include "server_options.h"
 #include "signals.h"
 
 namespace oaslam::apps {
@@ -42,6 +44,28 @@ int CheckStdout(int code) {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
   spdlog::error("standard output: cannot be written");
   return code != 0 ? code : 1;
+}
+
+// The arguments of the command, in reverse order as CLI11 wants them, with the values of --viewer
+// and --follow filled in. Their value is a number and may be left out, but CLI11 would take the
+// next argument for it, such as the images in `oaslam run --viewer walk.mp4`.
+std::vector<std::string> WithOptionalValues(int argc, const char* const* argv) {
+  std::vector<std::string> arguments;
+  for (int i = 1; i < argc; ++i) {
+    std::string argument = argv[i];
+    if (argument == "--") {  // what follows is no option
+      arguments.insert(arguments.end(), argv + i, argv + argc);
+      break;
+    }
+    if (argument == "--viewer" || argument == "--follow") {
+      const bool has_value = i + 1 < argc && ParseNumber(argv[i + 1]);
+      const std::string if_left_out = argument == "--viewer" ? std::to_string(kViewerPort) : "0";
+      argument += "=" + (has_value ? argv[++i] : if_left_out);
+    }
+    arguments.push_back(std::move(argument));
+  }
+  std::ranges::reverse(arguments);
+  return arguments;
 }
 
 int Parse(CLI::App& app, const char* overview, int argc, char** argv) {

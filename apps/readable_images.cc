@@ -6,7 +6,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "oaslam/util/url.h"
+#include "oaslam/util/bad_input.h"
+#include "oaslam/util/uri.h"
 
 namespace oaslam::apps {
 
@@ -69,8 +70,8 @@ void ReadableImages::Skip(const InputImage& image, const std::string& why) {
 }
 
 InputError ReadableImages::NoneReadable(const std::string& source) const {
-  return InputError(fmt::format("{}: no readable image{}{}", WithoutPassword(source),
-                                first_skipped_.empty() ? "" : "; ", first_skipped_));
+  return BadInput("{}: no readable image{}{}", WithoutPassword(source),
+                  first_skipped_.empty() ? "" : "; ", first_skipped_);
 }
 
 }  // namespace oaslam::apps

@@ -1,13 +1,12 @@
 #include "recording_choice.h"
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 
-#include "oaslam/error.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam::apps {
 namespace {
@@ -24,9 +23,8 @@ std::string AbsolutePath(const std::string& path) {
 std::string PlaceOfImages(const MapRecordings& recordings, size_t recording) {
   const std::string images = recordings.empty() ? "" : recordings[recording].images;
   if (images.empty())
-    throw InputError(
-        fmt::format("--images auto: the map does not know where the images of recording {} were",
-                    Describe(recordings, recording)));
+    throw BadInput("--images auto: the map does not know where the images of recording {} were",
+                   Describe(recordings, recording));
   return images;
 }
 
@@ -61,10 +59,10 @@ std::optional<size_t> ChosenRecording(const std::string& recording,
   for (size_t i = 0; i < recordings.size(); ++i)
     if (recordings[i].images == AbsolutePath(images[0])) found.push_back(i);
   if (found.size() != 1)
-    throw InputError(
-        fmt::format("--images {}: the map is of {} recordings: {}. Say by --recording whose images "
-                    "these are, or give --images for each, in this order",
-                    images[0], recordings.size(), Describe(recordings)));
+    throw BadInput(
+        "--images {}: the map is of {} recordings: {}. Say by --recording whose images "
+        "these are, or give --images for each, in this order",
+        images[0], recordings.size(), Describe(recordings));
   spdlog::info("--images {}: of recording {}, which alone of {} is taken", images[0],
                Describe(recordings, found[0]), recordings.size());
   return found[0];
@@ -76,8 +74,8 @@ std::vector<std::string> SourcesOf(const std::vector<std::string>& images,
   std::vector<std::string> sources = images;
   if (sources.size() == 1) sources.resize(count, sources[0]);
   if (sources.size() != count)
-    throw InputError(fmt::format("--images: given {} times for {} recordings: {}", sources.size(),
-                                 count, Describe(recordings)));
+    throw BadInput("--images: given {} times for {} recordings: {}", sources.size(), count,
+                   Describe(recordings));
   for (size_t i = 0; i < count; ++i)
     if (sources[i] == "auto") sources[i] = PlaceOfImages(recordings, i);
   return sources;

@@ -225,8 +225,6 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   summary["mean_iou"] = Rounded(MeanObjectIou(saved.map), 1e-4);
   MapPlot plot{.map = &saved.map,
                .trajectory = trajectory,
-               .groundtruth = {},
-               .localized = {},
                .names = saved.class_names,
                .title = "oaslam run"};
   if (!groundtruth.empty()) {

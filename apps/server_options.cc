@@ -1,6 +1,15 @@
 #include "server_options.h"
 
+#include <fmt/format.h>
+
 namespace oaslam::apps {
+
+void AddPortOption(CLI::App& app, ServerOptions& options) {
+  options.port = kViewerPort;
+  app.add_option("--port", options.port,
+                 fmt::format("port, {} unless given; 0: any that is free", kViewerPort))
+      ->check(CLI::Range(0, 65535));
+}
 
 void AddServerOptions(CLI::App& app, ServerOptions& options) {
   app.add_option("--bind", options.address,

@@ -2,10 +2,15 @@
 
 #include <CLI/CLI.hpp>
 
+#include "oaslam/map_viewer.h"
 #include "oaslam/net/http_server.h"
 
 namespace oaslam::apps {
 
+constexpr int kViewerPort = MapViewerOptions::kDefaultPort;
+
+// --port, of a program that serves all the time.
+void AddPortOption(CLI::App& app, ServerOptions& options);
 // --bind, --tls-cert, --tls-key, --tls-self-signed, --token-file, --insecure, --host: how a command
 // that serves may be reached. `options` must outlive the parsing.
 void AddServerOptions(CLI::App& app, ServerOptions& options);

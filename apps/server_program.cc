@@ -6,7 +6,6 @@
 
 #include <array>
 #include <filesystem>
-#include <iterator>
 #include <string>
 #include <string_view>
 

@@ -1,12 +1,10 @@
 #include "timed_detections.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/time_unit.h"
 #include "oaslam/images/image_files.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam::apps {
 
@@ -33,8 +31,7 @@ std::vector<TimedDetections> SelectTimedDetections(const DetectionTable& table,
   const auto size = static_cast<int>(images.size());
   const int from = std::min(options.from, size),
             to = options.to < 0 ? size : std::min(options.to, size);
-  if (from >= to)
-    throw InputError(fmt::format("{}: no image within [{}, {}) of its {}", path, from, to, size));
+  if (from >= to) throw BadInput("{}: no image within [{}, {}) of its {}", path, from, to, size);
   return {images.begin() + from, images.begin() + to};
 }
 

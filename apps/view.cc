@@ -15,14 +15,13 @@
 
 #include "commands.h"
 #include "common.h"
-#include "content_options.h"
 #include "dataset_choice.h"
 #include "live_view.h"
 #include "oaslam/anchors/editing.h"
 #include "oaslam/image_source.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/viewer/saved_run.h"
 #include "oaslam/viewer/viewer.h"
-#include "optional_values.h"
 #include "recording_choice.h"
 #include "server_options.h"
 
@@ -103,12 +102,11 @@ class AnchorFile {
   void Save(const Map& shown, const Anchors& anchors) {
     if (!saved_ || StampOfFile() != stamp_) Load();
     if (saved_->map.version != shown.version || saved_->map.anchors != shown.anchors)
-      throw InputError(fmt::format("{}: has changed since it was opened", path_));
+      throw BadInput("{}: has changed since it was opened", path_);
     SavedMap edited = *saved_;  // shares its tables
     edited.map.anchors = anchors;
     if (const auto problems = edited.map.CheckInvariants(); !problems.empty())
-      throw InputError(
-          fmt::format("{}: has changed since it was opened: {}", path_, problems.front()));
+      throw BadInput("{}: has changed since it was opened: {}", path_, problems.front());
     LeadWithSubmap(path_, submap_, edited);
     SaveMap(path_, edited);
     saved_->map.anchors = anchors;
@@ -198,7 +196,7 @@ std::vector<std::unique_ptr<ImageSource>> OpenPictures(const ViewOptions& option
 void View(const ViewOptions& options) {
   std::error_code error;
   if (!std::filesystem::exists(options.path, error))
-    throw InputError(fmt::format("{}: there is no such file or folder", options.path));
+    throw BadInput("{}: there is no such file or folder", options.path);
   const SavedRun run = LoadSavedRun(options.path, options.map, options.submap);
   const std::vector<StampedPose> groundtruth =
       options.groundtruth.empty() ? std::vector<StampedPose>{}
@@ -211,24 +209,14 @@ void View(const ViewOptions& options) {
   cv::setNumThreads(1);
 
   ViewerOptions viewer_options{.server = options.server,
-                               .accepts_commands = false,
                                .accepts_anchors = !run.map_file.empty(),
                                .models = LoadModels(options.models, false),
                                .names = run.saved.class_names,
-                               .align_groundtruth = {}};
-  if (!groundtruth.empty())
-    viewer_options.align_groundtruth = [groundtruth](const std::vector<StampedPose>& trajectory) {
-      return AlignGroundtruth(groundtruth, trajectory);
-    };
+                               .align_groundtruth = AlignerOf(groundtruth)};
   Viewer viewer(std::move(viewer_options));
   viewer.ShowMap(std::make_shared<const Map>(run.saved.map), run.saved.trajectory);
   viewer.ShowNotes(run.notes);
-  viewer.ShowStatus({.live = false,
-                     .paused = false,
-                     .mapping = false,
-                     .dropped = 0,
-                     .title = options.path,
-                     .recordings = run.saved.recordings});
+  viewer.ShowStatus({.mapping = false, .title = options.path, .recordings = run.saved.recordings});
   if (run.map_file.empty())
     spdlog::warn("{}: no map file in it (--map), so no landmarks", options.path);
   std::jthread reader([&](const std::stop_token& stop) {
@@ -255,26 +243,19 @@ void AddViewCommand(CLI::App& app) {
   auto* command =
       app.add_subcommand("view", "Show a saved map, or the folder of a run, in the browser");
   const auto options = std::make_shared<ViewOptions>();
-  options->server.port = kViewerPort;
   command
       ->add_option("path", options->path,
                    "map file, or folder that run, localize or map-objects wrote")
       ->required();
   command->add_option("--map", options->map, "map file that belongs to the folder");
   AddSubmapOption(*command, options->submap);
-  command
-      ->add_option("--images", options->images,
-                   "images the map was made of: colours, pictures of keyframes and objects; "
-                   "repeated for a map of several recordings")
-      ->expected(1)
-      ->take_all();
+  AddRepeatable(*command, "--images", options->images,
+                "images the map was made of: colours, pictures of keyframes and objects; "
+                "repeated for a map of several recordings");
   command->add_option("--groundtruth", options->groundtruth,
                       "TUM trajectory, or the folder of a dataset, to compare with");
   AddModelOption(*command, options->models);
-  command
-      ->add_option("--port", options->server.port,
-                   fmt::format("port, {} unless given; 0: any that is free", kViewerPort))
-      ->check(CLI::Range(0, 65535));
+  AddPortOption(*command, options->server);
   AddServerOptions(*command, options->server);
   AddFrameOptions(*command, options->common);
   AddExifOption(*command, options->common);

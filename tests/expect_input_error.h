@@ -1,11 +1,11 @@
 #pragma once
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <string>
 
+#include "matchers.h"
 #include "oaslam/error.h"
 
 namespace oaslam {
@@ -22,3 +22,7 @@ inline std::string InputErrorOf(const std::function<void()>& act) {
 }
 
 }  // namespace oaslam
+
+// Expects that the statement throws an InputError whose message the matcher takes.
+#define EXPECT_INPUT_ERROR(statement, matcher) \
+  EXPECT_THAT(::oaslam::InputErrorOf([&] { statement; }), matcher)

@@ -76,22 +76,14 @@ inline void DescribeSome(Keyframe& keyframe) {
 inline SavedMap RandomMap(const RandomMapOptions& options, Rng& rng) {
   SavedMap saved;
   Map& map = saved.map;
-  map.cameras.push_back({.width = 640,
-                         .height = 480,
-                         .fx = 520.9,
-                         .fy = 521,
-                         .cx = 325.1,
-                         .cy = 249.7,
-                         .distortion = {0.2, -0.7, 0, 0.001, 0.9},
-                         .name = "a"});
-  map.cameras.push_back({.model = LensModel::kFisheye,
-                         .width = 848,
-                         .height = 800,
-                         .fx = 286,
-                         .fy = 287,
-                         .cx = 421,
-                         .cy = 398,
-                         .is_guess = true});
+  Camera& pinhole = map.cameras.emplace_back(
+      Camera{.width = 640, .height = 480, .fx = 520.9, .fy = 521, .cx = 325.1, .cy = 249.7});
+  pinhole.distortion = {0.2, -0.7, 0, 0.001, 0.9};
+  pinhole.name = "a";
+  Camera& fisheye = map.cameras.emplace_back(
+      Camera{.width = 848, .height = 800, .fx = 286, .fy = 287, .cx = 421, .cy = 398});
+  fisheye.model = LensModel::kFisheye;
+  fisheye.is_guess = true;
   for (int k = 0; k < options.keyframes; ++k) {
     Keyframe keyframe;
     keyframe.frame_index = 7 * k;

@@ -1,7 +1,7 @@
 #include <CLI/CLI.hpp>
 
+#include "commands.h"
 #include "program.h"
-#include "server/server_commands.h"
 
 namespace {
 

@@ -2,21 +2,20 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "commands.h"
 #include "default_detector.h"
 #include "oaslam/crypto/sha256.h"
 #include "oaslam/detection/model_folders.h"
-#include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/models/model_store.h"
+#include "oaslam/util/bad_input.h"
 #include "server/fetch.h"
-#include "server/server_commands.h"
 
 namespace oaslam::apps {
 namespace {
@@ -80,8 +79,8 @@ int GetModel(const ModelsOptions& options) {
   if (model == nullptr) {
     std::vector<std::string> names;
     for (const PublishedModel& known : catalogue) names.push_back(known.name);
-    throw InputError(fmt::format("models get {}: not in the catalogue, which has {}", name,
-                                 fmt::join(names, ", ")));
+    throw BadInput("models get {}: not in the catalogue, which has {}", name,
+                   fmt::join(names, ", "));
   }
   auto path = FindModel(name);
   if (!path || !IsPublished(*path, *model))

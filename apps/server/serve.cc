@@ -9,14 +9,12 @@
 #include <opencv2/core/utility.hpp>
 #include <thread>
 
+#include "commands.h"
 #include "common.h"
-#include "content_options.h"
 #include "default_detector.h"
 #include "detector_options.h"
-#include "oaslam/error.h"
 #include "oaslam/service/localization_service.h"
-#include "optional_values.h"
-#include "server/server_commands.h"
+#include "oaslam/util/bad_input.h"
 #include "server_options.h"
 
 namespace oaslam::apps {
@@ -47,8 +45,7 @@ ServiceOptions ServiceOf(const ServeOptions& options) {
   if (!options.keep_images.empty()) {
     std::error_code error;
     std::filesystem::create_directories(options.keep_images, error);
-    if (error)
-      throw InputError(fmt::format("--keep-images {}: {}", options.keep_images, error.message()));
+    if (error) throw BadInput("--keep-images {}: {}", options.keep_images, error.message());
   }
   service.store = OpenMapStore(options.maps);
   return service;
@@ -99,15 +96,11 @@ void AddServeCommand(CLI::App& app) {
   auto* command = app.add_subcommand(
       "serve", "Answer where cameras are in saved maps, over HTTP and WebSocket");
   const auto options = std::make_shared<ServeOptions>();
-  options->server.port = kViewerPort;
   command
       ->add_option("--maps", options->maps,
                    "folder of map files, or postgresql://USER:PASSWORD@HOST/DATABASE")
       ->required();
-  command
-      ->add_option("--port", options->server.port,
-                   fmt::format("port, {} unless given; 0: any that is free", kViewerPort))
-      ->check(CLI::Range(0, 65535));
+  AddPortOption(*command, options->server);
   AddServerOptions(*command, options->server);
   command
       ->add_option("--memory", options->memory_mb,

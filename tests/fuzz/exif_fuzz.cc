@@ -1,6 +1,5 @@
 #include "fuzz.h"
 #include "oaslam/image_source.h"
-#include "oaslam/images/image_files.h"
 
 // Metadata of an image file. The pixels are decoded by OpenCV, as for every image.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

@@ -15,6 +15,7 @@
 #include "oaslam/relocalization/frame_maker.h"
 #include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/slam.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -70,11 +71,11 @@ class OASLAM_LOCAL CameraEstimator::Impl {
     if (image.empty()) throw InputError("camera estimation: empty image");
     if (original_.empty()) SetSize(image.size());
     if (image.size() != original_)
-      throw InputError(fmt::format("camera estimation: image of {}x{} pixels among {}x{}",
-                                   image.cols, image.rows, original_.width, original_.height));
+      throw BadInput("camera estimation: image of {}x{} pixels among {}x{}", image.cols, image.rows,
+                     original_.width, original_.height);
     if (!times_.empty() && !(timestamp > times_.back()))
-      throw InputError(fmt::format("time stamp {:.6f} is not after the one before, {:.6f}",
-                                   timestamp, times_.back()));
+      throw BadInput("time stamp {:.6f} is not after the one before, {:.6f}", timestamp,
+                     times_.back());
     if (IsFull() || (!times_.empty() && timestamp - times_.back() < 1 / kMaxRateHz)) return;
     cv::Mat small = ToGrey(image);
     if (size_ != original_) cv::resize(small, small, size_, 0, 0, cv::INTER_AREA);
@@ -186,16 +187,15 @@ class OASLAM_LOCAL CameraEstimator::Impl {
     }
     if (!(pass.calibration.success && pass.calibration.RelativeSigma() < enough)) check();
     Log(LogLevel::kDebug,
-        fmt::format("camera estimation: {} images from a focal length of {:.1f}: {:.1f} +- {:.1f}, "
-                    "k1 {:.4f}, k2 {:.4f}, centre {:.1f} {:.1f}, readout {:.1f} +- {:.1f} ms, "
-                    "{} keyframes, {} of {} observations, rmse {:.3f}{}{}",
-                    pass.images, camera.fx, pass.calibration.camera.fx,
-                    pass.calibration.focal_sigma_px, pass.calibration.camera.distortion[0],
-                    pass.calibration.camera.distortion[1], pass.calibration.camera.cx,
-                    pass.calibration.camera.cy, 1000 * pass.calibration.readout_s,
-                    1000 * pass.calibration.readout_sigma_s, pass.calibration.keyframes,
-                    pass.calibration.inliers, pass.calibration.observations, pass.calibration.rmse,
-                    pass.calibration.success ? "" : ": ", pass.calibration.why_not));
+        "camera estimation: {} images from a focal length of {:.1f}: {:.1f} +- {:.1f}, "
+        "k1 {:.4f}, k2 {:.4f}, centre {:.1f} {:.1f}, readout {:.1f} +- {:.1f} ms, "
+        "{} keyframes, {} of {} observations, rmse {:.3f}{}{}",
+        pass.images, camera.fx, pass.calibration.camera.fx, pass.calibration.focal_sigma_px,
+        pass.calibration.camera.distortion[0], pass.calibration.camera.distortion[1],
+        pass.calibration.camera.cx, pass.calibration.camera.cy, 1000 * pass.calibration.readout_s,
+        1000 * pass.calibration.readout_sigma_s, pass.calibration.keyframes,
+        pass.calibration.inliers, pass.calibration.observations, pass.calibration.rmse,
+        pass.calibration.success ? "" : ": ", pass.calibration.why_not);
     return pass;
   }
 
@@ -263,8 +263,8 @@ CameraEstimator::CameraEstimator(const SlamConfig& config, const CameraEstimatio
   CheckConfig(config);
   if (options.start) CheckCamera(*options.start);
   if (options.focal_length_35mm && !CanBeFocalLength35mm(*options.focal_length_35mm))
-    throw InputError(fmt::format("focal length of 35 mm equivalent: {}, allowed: 2 to 3000 mm",
-                                 *options.focal_length_35mm));
+    throw BadInput("focal length of 35 mm equivalent: {}, allowed: 2 to 3000 mm",
+                   *options.focal_length_35mm);
   impl_ = std::make_unique<Impl>(config, options);
 }
 CameraEstimator::~CameraEstimator() = default;

@@ -21,9 +21,9 @@ namespace {
 struct Placed {
   const Mesh* mesh = nullptr;
   Rigid3 cam_from_anchor;
-  double scale = 1;        // anchor units per mesh unit
-  Eigen::Vector3d origin;  // the anchor's origin in the mesh's frame
-  Eigen::Vector3d sides;   // in anchor units
+  double scale = 1;          // anchor units per mesh unit
+  Eigen::Vector3d origin{};  // the anchor's origin in the mesh's frame
+  Eigen::Vector3d sides{};   // in anchor units
 
   Eigen::Vector3d InCamera(const Eigen::Vector3f& position) const {
     return cam_from_anchor * (scale * (position.cast<double>() - origin));
@@ -36,9 +36,7 @@ std::vector<Placed> PlaceContent(const ArFrame& frame, const ModelLibrary& model
     const std::optional<Rigid3> world_from_anchor = WorldFromAnchor(*frame.map, anchor);
     if (!world_from_anchor || !(anchor.size > 0)) continue;
     Placed placed{.mesh = models.FindMesh(anchor.model),
-                  .cam_from_anchor = *frame.cam_from_world * *world_from_anchor,
-                  .origin = {},
-                  .sides = {}};
+                  .cam_from_anchor = *frame.cam_from_world * *world_from_anchor};
     if (!placed.mesh) placed.mesh = &PlaceholderModel();
     const MeshBounds bounds = BoundsOf(*placed.mesh);
     placed.scale = anchor.size / bounds.LongestSide();

@@ -18,11 +18,11 @@
 #include <opencv2/imgcodecs.hpp>
 #include <string_view>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/images/image_files.h"
-#include "oaslam/util/percent.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/srgb.h"
+#include "oaslam/util/uri.h"
 
 namespace oaslam {
 namespace {
@@ -56,9 +56,7 @@ class Loader {
   Eigen::Vector3f BaseColor(const aiMaterial& material) const;
   const cv::Mat& TextureOf(const aiMaterial& material);
   cv::Mat ReadTexture(const std::string& name) const;
-  InputError Error(const std::string& what) const {
-    return InputError(fmt::format("{}: {}", path_, what));
-  }
+  InputError Error(const std::string& what) const { return BadInput("{}: {}", path_, what); }
 
   const std::string path_;
   Assimp::Importer importer_;

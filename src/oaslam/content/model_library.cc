@@ -1,16 +1,13 @@
 #include "oaslam/content/model_library.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "oaslam/content/builtin_models.h"
 #include "oaslam/content/mesh_file.h"
-#include "oaslam/error.h"
 #include "oaslam/formats/text.h"
-#include "oaslam/util/percent.h"
+#include "oaslam/util/bad_input.h"
+#include "oaslam/util/uri.h"
 
 namespace oaslam {
 namespace {
@@ -40,25 +37,24 @@ std::string Objection(const std::string& path) {
 // The files that a .gltf refers to, relative to its folder. Throws InputError.
 std::vector<std::string> ReferencesOf(const std::string& file) {
   const auto document = nlohmann::json::parse(ReadTextFile(file), nullptr, false);
-  if (!document.is_object())
-    throw InputError(fmt::format("{}: not a glTF file: not a JSON object", file));
+  if (!document.is_object()) throw BadInput("{}: not a glTF file: not a JSON object", file);
   std::vector<std::string> references;
   for (const char* key : {"buffers", "images"}) {
     const auto list = document.find(key);
     if (list == document.end()) continue;
-    if (!list->is_array()) throw InputError(fmt::format("{}: {}: not a list", file, key));
+    if (!list->is_array()) throw BadInput("{}: {}: not a list", file, key);
     for (const auto& item : *list) {
       const auto uri = item.is_object() ? item.find("uri") : item.end();
       if (uri == item.end()) continue;
-      if (!uri->is_string()) throw InputError(fmt::format("{}: {}: uri: not a text", file, key));
+      if (!uri->is_string()) throw BadInput("{}: {}: uri: not a text", file, key);
       const auto& text = uri->get_ref<const std::string&>();
       if (text.starts_with("data:")) continue;
       const std::string path = DecodePercent(text).value_or(text);
       if (const std::string objection = Objection(path); !objection.empty())
-        throw InputError(fmt::format("{}: {}: uri {}: {}", file, key, text, objection));
+        throw BadInput("{}: {}: uri {}: {}", file, key, text, objection);
       std::error_code error;
       if (!fs::is_regular_file(fs::path(file).parent_path() / path, error))
-        throw InputError(fmt::format("{}: {}: uri {}: there is no such file", file, key, text));
+        throw BadInput("{}: {}: uri {}: there is no such file", file, key, text);
       references.push_back(path);
     }
   }
@@ -80,15 +76,13 @@ void ModelLibrary::AddFile(const std::string& file) {
   const fs::path path = file;
   const std::string extension = LowerExtension(file), name = path.stem().string();
   if (extension != ".glb" && extension != ".gltf")
-    throw InputError(fmt::format("{}: not a model that can be shown; allowed: .glb, .gltf", file));
+    throw BadInput("{}: not a model that can be shown; allowed: .glb, .gltf", file);
   std::error_code error;
-  if (!fs::is_regular_file(path, error))
-    throw InputError(fmt::format("{}: there is no such file", file));
+  if (!fs::is_regular_file(path, error)) throw BadInput("{}: there is no such file", file);
   if (entries_.contains(name)) {
     const auto other = user_models_.find(name);
-    throw InputError(
-        fmt::format("{}: there is a model of the name {} already{}", file, name,
-                    other == user_models_.end() ? ", a built-in one" : ": " + other->second));
+    throw BadInput("{}: there is a model of the name {} already{}", file, name,
+                   other == user_models_.end() ? ", a built-in one" : ": " + other->second);
   }
   const std::string main = path.filename().string();
   if (extension == ".gltf")

@@ -2,7 +2,6 @@
 
 #include <opencv2/core.hpp>
 #include <opencv2/dnn.hpp>
-#include <vector>
 
 #include "oaslam/description/weights_file.h"
 

@@ -1,21 +1,16 @@
 #include "oaslam/background_detector.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <atomic>
 #include <chrono>
 #include <semaphore>
 #include <thread>
 
 #include "expect_input_error.h"
-#include "oaslam/error.h"
 
 namespace oaslam {
 namespace {
 
 using testing::AnyOf;
-using testing::ElementsAre;
 
 std::vector<int> Frames(const std::vector<BackgroundDetector::Result>& results) {
   std::vector<int> frames;
@@ -75,7 +70,7 @@ TEST(BackgroundDetector, ForgetsWhatIsUnderWay) {
 }
 
 TEST(BackgroundDetector, RefusesToRunNothing) {
-  EXPECT_THAT(InputErrorOf([] { BackgroundDetector{nullptr}; }), testing::HasSubstr("no function"));
+  EXPECT_INPUT_ERROR(BackgroundDetector{nullptr}, HasSubstr("no function"));
 }
 
 TEST(BackgroundDetector, TheCallerMayReuseTheImage) {

@@ -13,8 +13,7 @@
 #include "oaslam/detection/network.h"
 #include "oaslam/detection/onnx_info.h"
 #include "oaslam/detection/yolo_output.h"
-#include "oaslam/error.h"
-#include "oaslam/util/check.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/read_file.h"
 
 namespace oaslam {
@@ -27,20 +26,19 @@ constexpr size_t kMaxOnnxFile = size_t{1} << 31;  // the largest message of Prot
 cv::Size InputSize(const std::string& path, const OnnxInfo& info, const DetectorOptions& options) {
   const std::vector<int64_t>& shape = info.input_shape;
   if (shape.size() != 4 || (shape[1] != 3 && shape[1] != 0))
-    throw InputError(fmt::format(
+    throw BadInput(
         "{}: not an image detector: its input has the shape [{}], asked for [1, 3, height, width]",
-        path, fmt::join(shape, ", ")));
+        path, fmt::join(shape, ", "));
   const auto choose = [&](int wanted, int64_t stored) {
     if (wanted > 0 && stored > 0 && wanted != stored)
-      throw InputError(fmt::format("{}: input size {} asked for, but the network is made for {}",
-                                   path, wanted, stored));
+      throw BadInput("{}: input size {} asked for, but the network is made for {}", path, wanted,
+                     stored);
     return wanted > 0 ? wanted : stored > 0 ? stored : kDefaultInputSize;
   };
   const int64_t width = choose(options.input_size.width, shape[3]);
   const int64_t height = choose(options.input_size.height, shape[2]);
   if (width < 32 || height < 32 || width > kMaxInputSize || height > kMaxInputSize)
-    throw InputError(
-        fmt::format("{}: input size {}x{}, allowed: 32 to {}", path, width, height, kMaxInputSize));
+    throw BadInput("{}: input size {}x{}, allowed: 32 to {}", path, width, height, kMaxInputSize);
   return {static_cast<int>(width), static_cast<int>(height)};
 }
 
@@ -52,9 +50,8 @@ cv::Mat AsBgr(const cv::Mat& image) {
   const int channels = image.channels();
   if (image.empty() || image.dims != 2 || image.depth() != CV_8U ||
       (channels != 1 && channels != 3 && channels != 4))
-    throw InputError(
-        fmt::format("image: {}x{} with {} channels of type {}, allowed: 8-bit grey, BGR or BGRA",
-                    image.cols, image.rows, channels, cv::depthToString(image.depth())));
+    throw BadInput("image: {}x{} with {} channels of type {}, allowed: 8-bit grey, BGR or BGRA",
+                   image.cols, image.rows, channels, cv::depthToString(image.depth()));
   if (channels == 3) return image;
   cv::Mat bgr;
   cv::cvtColor(image, bgr, channels == 1 ? cv::COLOR_GRAY2BGR : cv::COLOR_BGRA2BGR);
@@ -107,9 +104,9 @@ struct Detector::Impl {
     std::vector<std::string> shapes;
     for (const cv::Mat& tensor : outputs)
       shapes.push_back(fmt::format("[{}]", fmt::join(ShapeOf(tensor), ", ")));
-    throw InputError(fmt::format(
-        "{}: not a detector of layout '{}': outputs {} for an input of {}x{}", path,
-        ToString(options.layout), fmt::join(shapes, ", "), input_size.width, input_size.height));
+    throw BadInput("{}: not a detector of layout '{}': outputs {} for an input of {}x{}", path,
+                   ToString(options.layout), fmt::join(shapes, ", "), input_size.width,
+                   input_size.height);
   }
 };
 
@@ -128,7 +125,7 @@ std::unique_ptr<Detector> Detector::Load(const std::string& model, const Detecto
     impl->network = LoadNetwork(path, options.backend);
     impl->Probe(path, end_to_end != info->metadata.end() && end_to_end->second == "True");
   } catch (const NetworkError& error) {
-    throw InputError(fmt::format("{}: {}", path, error.what()));
+    throw BadInput("{}: {}", path, error.what());
   }
   return std::unique_ptr<Detector>(new Detector(std::move(impl)));
 }

@@ -4,7 +4,6 @@
 #include <deque>
 #include <functional>
 #include <future>
-#include <memory>
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <thread>

@@ -1,8 +1,5 @@
 #include "oaslam/detector.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -12,7 +9,6 @@
 
 #include "expect_input_error.h"
 #include "oaslam/detection/network.h"
-#include "oaslam/error.h"
 #include "oaslam_data.h"
 #include "onnx_file.h"
 #include "temp_folder.h"
@@ -32,12 +28,7 @@ double Iou(const Box& a, const Box& b) {
 }
 
 std::string ErrorOf(const std::string& path, const DetectorOptions& options = {}) {
-  try {
-    Detector::Load(path, options);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return InputErrorOf([&] { Detector::Load(path, options); });
 }
 
 // Small networks: an input of any size, and rows of six numbers for any number of boxes.
@@ -80,20 +71,17 @@ class DetectorBy : public ::testing::TestWithParam<NetworkBackend> {
 
 TEST(Detector, RefusesFilesThatAreNoDetector) {
   EXPECT_THAT(ErrorOf("/nowhere/model.onnx"),
-              ::testing::HasSubstr("/nowhere/model.onnx: there is no such file"));
-  const std::filesystem::path text =
-      std::filesystem::temp_directory_path() / "oaslam_no_detector.onnx";
-  std::ofstream(text) << "a text file";
-  EXPECT_THAT(ErrorOf(text), ::testing::HasSubstr("not an ONNX file"));
-  std::filesystem::remove(text);
-  EXPECT_THAT(ErrorOf(std::filesystem::temp_directory_path()), ::testing::HasSubstr("is a folder"));
+              HasSubstr("/nowhere/model.onnx: there is no such file"));
+  const TempFolder folder;
+  EXPECT_THAT(ErrorOf(folder.Write("text.onnx", "a text file")), HasSubstr("not an ONNX file"));
+  EXPECT_THAT(ErrorOf(folder.path()), HasSubstr("is a folder"));
 }
 
 TEST(Detector, TakesImagesOfEightBitsAndNoOthers) {
   OASLAM_SKIP_WITHOUT_DATA(kModel);
   const auto detector = Detector::Load(ModelPath());
   for (const cv::Mat& image : {cv::Mat(), cv::Mat(48, 64, CV_16UC1), cv::Mat(48, 64, CV_8UC2)})
-    EXPECT_THAT(InputErrorOf([&] { detector->Detect(image); }), ::testing::HasSubstr("8-bit"));
+    EXPECT_INPUT_ERROR(detector->Detect(image), HasSubstr("8-bit"));
   for (const int type : {CV_8UC1, CV_8UC3, CV_8UC4})
     EXPECT_TRUE(detector->Detect(cv::Mat(48, 64, type, cv::Scalar::all(90))).empty());
 }
@@ -133,9 +121,9 @@ TEST_P(DetectorBy, AnOverrideThatDoesNotFitIsRefused) {
   OASLAM_SKIP_WITHOUT_DATA(kModel);
   const std::string path = ModelPath();
   EXPECT_THAT(ErrorOf(path, {.layout = DetectorLayout::kYolov8, .backend = GetParam()}),
-              ::testing::HasSubstr("not a detector of layout 'yolov8'"));
+              HasSubstr("not a detector of layout 'yolov8'"));
   EXPECT_THAT(ErrorOf(path, {.input_size = {640, 640}, .backend = GetParam()}),
-              ::testing::HasSubstr("made for 416"));
+              HasSubstr("made for 416"));
 }
 
 TEST_P(DetectorBy, ANetworkThatTheLibraryCannotRunIsRefused) {
@@ -144,9 +132,8 @@ TEST_P(DetectorBy, ANetworkThatTheLibraryCannotRunIsRefused) {
       "network.onnx", testing::OnnxFile(testing::Node("NoSuchOperation", {"images"}, "boxes") +
                                         Images() + BoxesOfAnyNumber()));
   EXPECT_THAT(ErrorOf(path, {.backend = GetParam()}),
-              ::testing::AllOf(::testing::StartsWith(path + ": "),
-                               ::testing::HasSubstr(" cannot run this network: "),
-                               ::testing::HasSubstr("NoSuchOperation")));
+              AllOf(StartsWith(path + ": "), HasSubstr(" cannot run this network: "),
+                    HasSubstr("NoSuchOperation")));
 }
 
 INSTANTIATE_TEST_SUITE_P(, DetectorBy,
@@ -156,9 +143,9 @@ INSTANTIATE_TEST_SUITE_P(, DetectorBy,
 TEST(Detector, ALibraryThatIsNotBuiltInIsRefused) {
   if (IsBuiltIn(NetworkBackend::kOnnxRuntime)) GTEST_SKIP() << "all are built in";
   OASLAM_SKIP_WITHOUT_DATA(kModel);
-  EXPECT_THAT(ErrorOf(ModelPath(), {.backend = NetworkBackend::kOnnxRuntime}),
-              ::testing::AllOf(::testing::StartsWith(ModelPath()),
-                               ::testing::HasSubstr("onnxruntime is not built in, only OpenCV")));
+  EXPECT_THAT(
+      ErrorOf(ModelPath(), {.backend = NetworkBackend::kOnnxRuntime}),
+      AllOf(StartsWith(ModelPath()), HasSubstr("onnxruntime is not built in, only OpenCV")));
 }
 
 // OpenCV's importer knows no suppression inside of a network.
@@ -171,8 +158,7 @@ TEST(Detector, OnnxRuntimeRunsANetworkWithOpenShapes) {
       Detector::Load(path, {.input_size = {64, 96}, .backend = NetworkBackend::kOnnxRuntime});
   EXPECT_EQ(detector->layout(), DetectorLayout::kEndToEnd);
   EXPECT_EQ(detector->input_size(), cv::Size(64, 96));
-  EXPECT_THAT(detector->Detect(cv::Mat(96, 64, CV_8UC3, cv::Scalar::all(10))),
-              ::testing::IsEmpty());
+  EXPECT_THAT(detector->Detect(cv::Mat(96, 64, CV_8UC3, cv::Scalar::all(10))), IsEmpty());
   const auto found = detector->Detect(cv::Mat(96, 64, CV_8UC3, cv::Scalar::all(255)));
   ASSERT_EQ(found.size(), 2u);
   EXPECT_EQ(found[0].category_id, 5);
@@ -213,10 +199,9 @@ TEST(Detector, ATruncatedModelIsRefused) {
   OASLAM_SKIP_WITHOUT_DATA(kModel);
   std::ifstream whole(ModelPath(), std::ios::binary);
   std::string bytes{std::istreambuf_iterator<char>(whole), {}};
-  const std::filesystem::path half = std::filesystem::temp_directory_path() / "oaslam_half.onnx";
-  std::ofstream(half, std::ios::binary) << bytes.substr(0, bytes.size() / 2);
-  EXPECT_THAT(ErrorOf(half), ::testing::HasSubstr("not an ONNX file, or a damaged one"));
-  std::filesystem::remove(half);
+  const TempFolder folder;
+  EXPECT_THAT(ErrorOf(folder.Write("half.onnx", bytes.substr(0, bytes.size() / 2))),
+              HasSubstr("not an ONNX file, or a damaged one"));
 }
 
 }  // namespace

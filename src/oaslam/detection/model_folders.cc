@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "oaslam/detector.h"
-#include "oaslam/error.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/user_folders.h"
 
 namespace oaslam {
@@ -101,12 +101,11 @@ std::string FindDetectorModel(const std::string& model) {
   if (IsFile(model)) return model;
   std::vector<std::string> folders;
   for (const fs::path& folder : ModelFolders()) folders.push_back(folder.string());
-  throw InputError(
-      fmt::format("no detector {0}: {1} is in none of {2}; {3}", name, FileOfModel(name),
-                  fmt::join(folders, ", "),
-                  name == kDefaultModel
-                      ? fmt::format("`oaslam models get {}` fetches it", name)
-                      : "`oaslam models` lists those that can be fetched, a file has a path"));
+  throw BadInput("no detector {0}: {1} is in none of {2}; {3}", name, FileOfModel(name),
+                 fmt::join(folders, ", "),
+                 name == kDefaultModel
+                     ? fmt::format("`oaslam models get {}` fetches it", name)
+                     : "`oaslam models` lists those that can be fetched, a file has a path");
 }
 
 }  // namespace oaslam

@@ -7,14 +7,14 @@
 #include <utility>
 
 #include "oaslam/detection/network_backends.h"
+#include "oaslam/util/named.h"
 
 namespace oaslam {
 namespace {
 
-constexpr std::array<std::pair<NetworkBackend, const char*>, 3> kNames{
-    {{NetworkBackend::kAuto, "auto"},
-     {NetworkBackend::kOnnxRuntime, "onnxruntime"},
-     {NetworkBackend::kOpenCv, "opencv"}}};
+constexpr Named<NetworkBackend> kBackends[] = {{NetworkBackend::kAuto, "auto"},
+                                               {NetworkBackend::kOnnxRuntime, "onnxruntime"},
+                                               {NetworkBackend::kOpenCv, "opencv"}};
 
 struct Library {
   NetworkBackend backend;
@@ -38,16 +38,10 @@ const Library* Find(NetworkBackend backend) {
 
 }  // namespace
 
-const char* ToString(NetworkBackend backend) {
-  for (const auto& [value, name] : kNames)
-    if (value == backend) return name;
-  return "auto";
-}
+const char* ToString(NetworkBackend backend) { return NameIn(kBackends, backend); }
 
 std::optional<NetworkBackend> NetworkBackendFromString(const std::string& name) {
-  for (const auto& [value, known] : kNames)
-    if (name == known) return value;
-  return std::nullopt;
+  return ValueIn(kBackends, name);
 }
 
 std::unique_ptr<Network> LoadNetwork(const std::string& path, NetworkBackend backend) {

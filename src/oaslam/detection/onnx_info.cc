@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <set>
-#include <string_view>
 
 #define PROTOZERO_USE_VIEW std::string_view
 #include <protozero/exception.hpp>

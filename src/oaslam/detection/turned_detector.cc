@@ -1,7 +1,5 @@
 #include "oaslam/detection/turned_detector.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -82,9 +80,9 @@ void TurnedDetector::Decide() {
   turn_ = sums_[best] > kRatio * sums_[0] + kMargin ? best : 0;
   if (*turn_ != 0)
     Log(LogLevel::kInfo,
-        fmt::format("detector: gets the images turned by {} degrees clockwise, which gives better "
-                    "boxes in the first {} (sum of squared scores {:.1f}; as they are {:.1f})",
-                    90 * *turn_, looked_at_, sums_[*turn_], sums_[0]));
+        "detector: gets the images turned by {} degrees clockwise, which gives better "
+        "boxes in the first {} (sum of squared scores {:.1f}; as they are {:.1f})",
+        90 * *turn_, looked_at_, sums_[*turn_], sums_[0]);
 }
 
 }  // namespace oaslam

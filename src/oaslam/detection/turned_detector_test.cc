@@ -1,15 +1,12 @@
 #include "oaslam/detection/turned_detector.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "matchers.h"
+
 namespace oaslam {
 namespace {
-
-using ::testing::IsEmpty;
 
 // A detector that knows an arrow: a bright shaft with a head at its upper end. What it is sure of
 // stands upright; otherwise it doubts.

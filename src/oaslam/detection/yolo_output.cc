@@ -10,6 +10,7 @@
 
 #include "oaslam/geometry/box.h"
 #include "oaslam/util/check.h"
+#include "oaslam/util/named.h"
 
 namespace oaslam {
 namespace {
@@ -18,12 +19,11 @@ constexpr std::array<int, 3> kStrides{8, 16, 32};  // of the grids, in pixels of
 // An end-to-end export has a few hundred rows; a one-class YOLOv5, whose rows have six columns,
 // too, has thousands.
 constexpr int kMaxEndToEndRows = 1000;
-constexpr std::array<std::pair<DetectorLayout, const char*>, 5> kNames{
-    {{DetectorLayout::kAuto, "auto"},
-     {DetectorLayout::kYolox, "yolox"},
-     {DetectorLayout::kYolov5, "yolov5"},
-     {DetectorLayout::kYolov8, "yolov8"},
-     {DetectorLayout::kEndToEnd, "end2end"}}};
+constexpr Named<DetectorLayout> kLayouts[] = {{DetectorLayout::kAuto, "auto"},
+                                              {DetectorLayout::kYolox, "yolox"},
+                                              {DetectorLayout::kYolov5, "yolov5"},
+                                              {DetectorLayout::kYolov8, "yolov8"},
+                                              {DetectorLayout::kEndToEnd, "end2end"}};
 
 int GridCells(const cv::Size& size) {
   int cells = 0;
@@ -182,16 +182,10 @@ cv::Mat AsMatrix(const cv::Mat& output) {
 
 }  // namespace
 
-const char* ToString(DetectorLayout layout) {
-  for (const auto& [value, name] : kNames)
-    if (value == layout) return name;
-  return "auto";
-}
+const char* ToString(DetectorLayout layout) { return NameIn(kLayouts, layout); }
 
 std::optional<DetectorLayout> DetectorLayoutFromString(const std::string& name) {
-  for (const auto& [value, known] : kNames)
-    if (name == known) return value;
-  return std::nullopt;
+  return ValueIn(kLayouts, name);
 }
 
 std::optional<OutputFormat> RecognizeOutput(const std::vector<int>& shape,

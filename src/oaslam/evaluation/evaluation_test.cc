@@ -1,6 +1,3 @@
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <numbers>
 
@@ -9,16 +6,10 @@
 #include "oaslam/evaluation/plots.h"
 #include "oaslam/evaluation/relocalization_metrics.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
-#include "oaslam/util/rng.h"
 #include "temp_folder.h"
 
 namespace oaslam {
 namespace {
-
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
-using testing::SizeIs;
 
 std::vector<StampedPose> Spiral(int count) {
   std::vector<StampedPose> poses;
@@ -140,11 +131,10 @@ TEST(RelocalizationMetrics, FilesAndPlot) {
   EXPECT_DOUBLE_EQ(RecallAt(errors, 0.1), 0.25);
   EXPECT_THAT(LoadFrameTimes(folder.Write("frames.csv",
                                           "frame,timestamp,status\n0,1.5,failed\n1,1.25,points\n")),
-              testing::ElementsAre(1.25, 1.5));
-  EXPECT_THAT(LoadFrameTimes(folder.Write("rgb.txt", "# a\n1.5 rgb/1.png\n")),
-              testing::ElementsAre(1.5));
-  EXPECT_THAT(InputErrorOf([&] { LoadFrameTimes(folder.Write("x.csv", "frame,time\n")); }),
-              HasSubstr("\"timestamp\" is missing"));
+              ElementsAre(1.25, 1.5));
+  EXPECT_THAT(LoadFrameTimes(folder.Write("rgb.txt", "# a\n1.5 rgb/1.png\n")), ElementsAre(1.5));
+  EXPECT_INPUT_ERROR(LoadFrameTimes(folder.Write("x.csv", "frame,time\n")),
+                     HasSubstr("\"timestamp\" is missing"));
   SaveRecallPlot(folder / "r.svg", {errors}, "Recall");
   EXPECT_THAT(folder.Read("r.svg"), AllOf(HasSubstr("4 frames"), Not(HasSubstr("nan"))));
   SaveTrajectoryPlot(folder / "t.svg", Spiral(50), Spiral(40), "Spiral");
@@ -169,12 +159,33 @@ TEST(ObjectMetrics, OneToOneByClassAndCentre) {
   EXPECT_NEAR(report.matches[0].log_size, 0, 1e-12);
   EXPECT_DOUBLE_EQ(report.recall, 0.5);
   EXPECT_DOUBLE_EQ(report.precision, 1.0 / 3);
-  EXPECT_THAT(InputErrorOf([&] {
-                LoadObjects(folder.Write("bad.json", R"([{"id": 1, "category_id": 4}])"));
-              }),
-              HasSubstr("object 0"));
-  EXPECT_THAT(InputErrorOf([&] { LoadTrueObjects(folder.Write("bad.json", "{}")); }),
-              HasSubstr("objects"));
+  EXPECT_INPUT_ERROR(LoadObjects(folder.Write("bad.json", R"([{"id": 1, "category_id": 4}])")),
+                     HasSubstr("object 0"));
+  EXPECT_INPUT_ERROR(LoadTrueObjects(folder.Write("bad.json", "{}")), HasSubstr("objects"));
+}
+
+TEST(Reliability, TakesTheFirstHypothesisOfEachFrame) {
+  const auto pose = [](double t, double x) {
+    return StampedPose{t, Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(x, 0, 0))};
+  };
+  const std::vector<StampedPose> truth = {pose(0, 0), pose(1, 1), pose(2, 2)};
+  const std::vector<ScoredPose> hypotheses = {
+      {pose(0, 0.5), 9}, {pose(0, 0), 3}, {pose(2, 2), 5}, {pose(2, 7), 4}};
+  const auto errors =
+      CompareHypotheses(truth, hypotheses, {{0, 0.3}, {1, 0}, {2, 0.8}}, Alignment{});
+  ASSERT_THAT(errors, SizeIs(2));
+  EXPECT_DOUBLE_EQ(errors[0].confidence, 0.3);
+  EXPECT_DOUBLE_EQ(errors[0].error.position, 0.5);
+  EXPECT_DOUBLE_EQ(errors[1].confidence, 0.8);
+  EXPECT_DOUBLE_EQ(errors[1].error.position, 0);
+}
+
+TEST(Reliability, IsSaved) {
+  const TempFolder folder;
+  SaveHypothesisErrors(folder / "h.csv", std::vector{HypothesisError{0.25, {1.5, 0.125, 3}}});
+  EXPECT_EQ(folder.Read("h.csv"),
+            "timestamp,confidence,position_error_m,rotation_error_deg\n"
+            "1.500000,0.2500,0.125,3.0000\n");
 }
 
 }  // namespace

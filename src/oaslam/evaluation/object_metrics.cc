@@ -6,9 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "oaslam/error.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
@@ -33,12 +33,12 @@ std::vector<EvaluatedObject> ReadObjects(const std::string& path, const char* li
       object.name = entry.value("category", fmt::format("class {}", object.category_id));
       read(entry, object.ellipsoid);
       if (!(object.ellipsoid.half_axes.minCoeff() > 0))
-        throw InputError(fmt::format("{}: object {}: half axes must be above 0", path, index));
+        throw BadInput("{}: object {}: half axes must be above 0", path, index);
       objects.push_back(std::move(object));
       ++index;
     }
   } catch (const Json::exception& error) {
-    throw InputError(fmt::format("{}: object {}: {}", path, index, error.what()));
+    throw BadInput("{}: object {}: {}", path, index, error.what());
   }
   return objects;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -43,5 +44,22 @@ double RecallAt(const RelocalizationErrors& errors, double distance);
 
 // Time stamps of frames.csv (column "timestamp") or of a list "timestamp path". Throws InputError.
 std::vector<double> LoadFrameTimes(const std::string& path);
+
+// The best hypothesis of a frame, accepted or not, and its error. It is right if the error is below
+// kFalseDistance and kFalseRotationDeg.
+struct HypothesisError {
+  double confidence = 0;  // as reported by the program
+  PoseError error;
+};
+
+// `hypotheses`: the first of each time stamp is used. `confidences`: time stamp and confidence of
+// each frame.
+std::vector<HypothesisError> CompareHypotheses(
+    const std::vector<StampedPose>& groundtruth, const std::vector<ScoredPose>& hypotheses,
+    const std::vector<std::pair<double, double>>& confidences,
+    const Alignment& groundtruth_from_map);
+
+// "timestamp,confidence,position_error_m,rotation_error_deg" in each line. Throws InputError.
+void SaveHypothesisErrors(const std::string& path, std::span<const HypothesisError> hypotheses);
 
 }  // namespace oaslam

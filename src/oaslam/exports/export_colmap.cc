@@ -4,11 +4,11 @@
 #include <iterator>
 #include <set>
 
-#include "oaslam/error.h"
 #include "oaslam/exports/map_export.h"
 #include "oaslam/exports/map_scene.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
@@ -103,9 +103,9 @@ void ExportColmap(const std::string& folder, const SavedMap& saved, const Keyfra
   const Map& map = saved.map;
   for (const auto& [id, image] : images)
     if (image.name.find_first_of(" \t\r\n\v\f") != std::string::npos)
-      throw InputError(fmt::format(
+      throw BadInput(
           "{}: COLMAP reads names of images up to a blank; rename the image or its folder",
-          image.name));
+          image.name);
   std::string cameras = "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n";
   for (size_t i = 0; i < map.cameras.size(); ++i) cameras += CameraLine(i, map.cameras[i]);
   const std::set<LandmarkId> seen = SeenLandmarks(map, images);

@@ -5,12 +5,12 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
-#include "oaslam/error.h"
 #include "oaslam/exports/map_export.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/images/camera_source.h"
 #include "oaslam/images/image_files.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -46,7 +46,7 @@ std::string FolderInImages(const SavedMap& saved, size_t recording) {
 void MakeFolder(const fs::path& path) {
   std::error_code error;
   fs::create_directories(path, error);
-  if (error) throw InputError(fmt::format("{}: {}", path.string(), error.message()));
+  if (error) throw BadInput("{}: {}", path.string(), error.message());
 }
 
 // Makes a link to a folder of images, instead of an earlier one.
@@ -55,8 +55,7 @@ void MakeLink(const fs::path& folder, const fs::path& link) {
   std::error_code error;
   if (fs::is_symlink(link, error)) fs::remove(link, error);
   fs::create_directory_symlink(folder, link, error);
-  if (error)
-    throw InputError(fmt::format("{}: no link to the images: {}", link.string(), error.message()));
+  if (error) throw BadInput("{}: no link to the images: {}", link.string(), error.message());
 }
 
 // The keyframe at a time stamp, the nearest if there are several.
@@ -89,7 +88,7 @@ KeyframeImages FindListed(const std::vector<KeyframeTime>& times,
     const fs::path path = absolute(image.path);
     const std::string name = path.lexically_relative(root).generic_string();
     if (name.empty() || name == ".")
-      throw InputError(fmt::format("--images {}: {} is no image", source, image.path));
+      throw BadInput("--images {}: {} is no image", source, image.path);
     images[*id] = {in_images + name,
                    fs::weakly_canonical(path).lexically_relative(real_folder).generic_string()};
   }
@@ -175,10 +174,10 @@ KeyframeImages FindImages(const std::vector<KeyframeTime>& times, const std::str
                           const std::string& in_images) {
   for (size_t i = 1; i < times.size(); ++i)
     if (times[i].timestamp - times[i - 1].timestamp < kSameTime_s)
-      throw InputError(
-          fmt::format("--images {}: keyframes {} and {} of the map are both of time {:.3f} s, from "
-                      "two runs: their images cannot be told apart",
-                      source, times[i - 1].id.value, times[i].id.value, times[i].timestamp));
+      throw BadInput(
+          "--images {}: keyframes {} and {} of the map are both of time {:.3f} s, from "
+          "two runs: their images cannot be told apart",
+          source, times[i - 1].id.value, times[i].id.value, times[i].timestamp);
   KeyframeImages images;
   // Other tools read the pixels as they are stored, so that rotated images are written, as those of
   // a video are.
@@ -186,17 +185,17 @@ KeyframeImages FindImages(const std::vector<KeyframeTime>& times, const std::str
   if (const auto listed = ListImages(source, options); listed && are_files_right)
     images = FindListed(times, *listed, source, folder, in_images);
   else if (IsCamera(source))
-    throw InputError(fmt::format("--images {}: a camera does not keep its images", source));
+    throw BadInput("--images {}: a camera does not keep its images", source);
   else
     images = ExtractFrames(times, *OpenImages(source, options), folder, in_images);
   if (images.empty())
-    throw InputError(
-        fmt::format("--images {}: no image is of the time of a keyframe ({:.3f} s to {:.3f} s); "
-                    "did the run use another --fps?",
-                    source, times.front().timestamp, times.back().timestamp));
+    throw BadInput(
+        "--images {}: no image is of the time of a keyframe ({:.3f} s to {:.3f} s); "
+        "did the run use another --fps?",
+        source, times.front().timestamp, times.back().timestamp);
   if (images.size() < times.size())
-    Log(LogLevel::kWarning, fmt::format("{}: {} of {} keyframes have no image, left out", source,
-                                        times.size() - images.size(), times.size()));
+    Log(LogLevel::kWarning, "{}: {} of {} keyframes have no image, left out", source,
+        times.size() - images.size(), times.size());
   return images;
 }
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "oaslam/error.h"
 #include "oaslam/exports/map_export.h"
 #include "oaslam/exports/map_scene.h"
 #include "oaslam/trajectory_file.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 
@@ -16,10 +16,10 @@ void ExportTum(const std::string& path, const SavedMap& saved) {
   std::vector<StampedPose> joined;
   for (const std::vector<StampedPose>& poses : all) {
     if (!joined.empty() && poses.front().timestamp <= joined.back().timestamp)
-      throw InputError(
-          fmt::format("{}: the map is of {} recordings whose times overlap: {}. Choose one by "
-                      "--recording, or give --out a folder, for a file of each",
-                      path, saved.recordings.size(), Describe(saved.recordings)));
+      throw BadInput(
+          "{}: the map is of {} recordings whose times overlap: {}. Choose one by "
+          "--recording, or give --out a folder, for a file of each",
+          path, saved.recordings.size(), Describe(saved.recordings));
     joined.insert(joined.end(), poses.begin(), poses.end());
   }
   SaveTrajectory(path, joined);

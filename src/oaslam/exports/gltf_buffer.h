@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <string>
 #include <vector>
 

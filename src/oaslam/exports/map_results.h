@@ -14,11 +14,11 @@ void SaveObjectsJson(const std::string& path, const Map& map, const ClassNames& 
 
 struct MapPlot {
   const Map* map = nullptr;
-  std::vector<StampedPose> trajectory;
-  std::vector<StampedPose> groundtruth;  // already aligned to the map; may be empty
-  std::vector<StampedPose> localized;    // poses to mark with a heading; may be empty
-  ClassNames names;
-  std::string title;
+  std::vector<StampedPose> trajectory{};
+  std::vector<StampedPose> groundtruth{};  // already aligned to the map; may be empty
+  std::vector<StampedPose> localized{};    // poses to mark with a heading; may be empty
+  ClassNames names{};
+  std::string title{};
 };
 
 // Top view (along Map::up where known, else the keyframes' mean up): landmarks, trajectory and

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <set>
 
 #include "oaslam/exports/map_results.h"
 #include "oaslam/exports/svg.h"

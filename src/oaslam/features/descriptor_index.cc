@@ -1,7 +1,6 @@
 #include "oaslam/features/descriptor_index.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cstdlib>
 #include <numeric>

@@ -7,10 +7,13 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "oaslam/error.h"
-#include "oaslam/formats/camera_formats.h"
+#include "oaslam/camera.h"
+#include "oaslam/formats/camera_kinds.h"
+#include "oaslam/formats/camera_lines.h"
+#include "oaslam/formats/colmap_model.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -21,11 +24,9 @@ constexpr std::string_view kFovPrefix = "fov:";
 Camera CameraFromFieldOfView(const std::string& spec, const cv::Size& image_size) {
   const auto degrees = ParseNumber(std::string_view(spec).substr(kFovPrefix.size()));
   if (!degrees || *degrees < 5 || *degrees > 170)
-    throw InputError(
-        fmt::format("{}: horizontal field of view in degrees, allowed: 5 to 170", spec));
+    throw BadInput("{}: horizontal field of view in degrees, allowed: 5 to 170", spec);
   if (image_size.empty())
-    throw InputError(
-        fmt::format("{}: a field of view needs images; give a calibration file", spec));
+    throw BadInput("{}: a field of view needs images; give a calibration file", spec);
   Camera camera;
   camera.width = image_size.width;
   camera.height = image_size.height;
@@ -40,19 +41,17 @@ Camera CameraFromFieldOfView(const std::string& spec, const cv::Size& image_size
 
 void CheckRange(const std::string& path, const char* key, double value, double min, double max) {
   if (!(value >= min && value <= max))
-    throw InputError(
-        fmt::format("{}: {}: {}, allowed: {:.6g} to {:.6g}", path, key, value, min, max));
+    throw BadInput("{}: {}: {}, allowed: {:.6g} to {:.6g}", path, key, value, min, max);
 }
 
 void CheckFocalLength(const std::string& path, const char* key, double value, double longest) {
   // Of millimetres, and of a share of the width.
   constexpr double kMostMillimetres = 25;
   if (value > 0 && value < std::min(kMostMillimetres, 0.04 * longest))
-    throw InputError(fmt::format(
-        "{}: {}: {}, expected pixels; {}", path, key, value,
-        value < 5 ? "a share of the image's width is to be multiplied by the width, millimetres by "
-                    "width / width of the sensor"
-                  : "millimetres are to be multiplied by width / width of the sensor"));
+    throw BadInput("{}: {}: {}, expected pixels; {}", path, key, value,
+                   value < 5 ? "a share of the image's width is to be multiplied by the width, "
+                               "millimetres by width / width of the sensor"
+                             : "millimetres are to be multiplied by width / width of the sensor");
   // Fields of view from 170 degrees down to about half a degree.
   CheckRange(path, key, value, 0.04 * longest, 100 * longest);
 }
@@ -63,11 +62,45 @@ void WarnOfPrincipalPoint(const std::string& path, const Camera& camera) {
   if (std::abs(camera.cx / camera.width - 0.5) > kMost ||
       std::abs(camera.cy / camera.height - 0.5) > kMost)
     Log(LogLevel::kWarning,
-        fmt::format(
-            "{}: the principal point {:.0f} {:.0f} is far from the middle of images of {} x "
-            "{}: is it the calibration of other images, about {:.0f} x {:.0f}?",
-            path, camera.cx, camera.cy, camera.width, camera.height, 2 * camera.cx + 1,
-            2 * camera.cy + 1));
+        "{}: the principal point {:.0f} {:.0f} is far from the middle of images of {} x {}: is it "
+        "the calibration of other images, about {:.0f} x {:.0f}?",
+        path, camera.cx, camera.cy, camera.width, camera.height, 2 * camera.cx + 1,
+        2 * camera.cy + 1);
+}
+
+[[noreturn]] void ThrowNoCalibration(const std::string& path) {
+  throw BadInput(
+      "{}: not a calibration; looked for camera_matrix (ROS, OpenCV), Camera.fx "
+      "(ORB-SLAM, stella_vslam), cam0.intrinsics (Kalibr), model_type (VINS), cameras "
+      "(OKVIS), fl_x (Nerfstudio), P0 (KITTI), ID MODEL (COLMAP), a line fx fy cx cy",
+      path);
+}
+
+// YAML of a text that is no mapping.
+bool IsMapping(const std::string& text) { return text.find_first_of(":<{") != std::string::npos; }
+
+Camera ReadCameraFile(const std::string& path, const cv::Size& image_size) {
+  const std::string text =
+      path.ends_with("cameras.bin") ? TextOfColmapCameras(path) : ReadTextFile(path);
+  if (const auto camera = ReadCameraLines(text, path, image_size)) return *camera;
+  constexpr size_t kHead = 4096;
+  if (!LooksLikeText(std::string_view(text).substr(0, kHead)) || !IsMapping(text))
+    ThrowNoCalibration(path);
+  const CameraReader reader{path, ParseCameraFile(text, path), image_size};
+  if (const auto camera = OrbSlamKeys(reader)) return ReadOrbSlamKind(*camera);
+  if (const auto cam0 = reader.Find({"cam0"}); cam0 && cam0->second.IsMap())
+    return ReadKalibrKind(reader.Below("cam0"));
+  if (const auto cameras = reader.Find({"cameras"}); cameras && cameras->second.IsSequence())
+    return ReadOkvisKind(reader);
+  if (reader.Find({"intrinsics"})) return ReadKalibrKind(reader);
+  if (reader.Find({"model_type"})) return ReadVinsKind(reader);
+  if (reader.Find({"fl_x", "camera_angle_x"})) return ReadNerfstudioKind(reader);
+  if (reader.Find({"K"}) && reader.Find({"w"})) return ReadRecord3dKind(reader);
+  if (reader.Find({"P0", "P2"})) return ReadKittiKind(reader);
+  if (HasCameraMatrix(reader)) return ReadMatrixKind(reader);
+  if (const auto other = reader.Find({"cam0_calib"}))
+    throw BadInput("{}: names the calibration {}; give that file", path, TextOfNode(other->second));
+  ThrowNoCalibration(path);
 }
 
 }  // namespace
@@ -90,16 +123,15 @@ Camera LoadCamera(const std::string& spec, const cv::Size& image_size) {
   Camera camera = ReadCameraFile(spec, image_size);
   if (camera.width == 0 && camera.height == 0) {
     if (image_size.empty())
-      throw InputError(
-          fmt::format("{}: has no image size, and there are no images to take it from", spec));
+      throw BadInput("{}: has no image size, and there are no images to take it from", spec);
     camera.width = image_size.width;
     camera.height = image_size.height;
   }
   CheckCalibration(camera, spec);
   if (!image_size.empty() &&
       (camera.width != image_size.width || camera.height != image_size.height))
-    throw InputError(fmt::format("{}: is for images of {} x {}, but they are {} x {}", spec,
-                                 camera.width, camera.height, image_size.width, image_size.height));
+    throw BadInput("{}: is for images of {} x {}, but they are {} x {}", spec, camera.width,
+                   camera.height, image_size.width, image_size.height);
   WarnOfPrincipalPoint(spec, camera);
   return camera;
 }

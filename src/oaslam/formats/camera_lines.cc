@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/lens_models.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
@@ -34,24 +34,23 @@ constexpr ColmapModel kColmapModels[] = {{"SIMPLE_PINHOLE", 1, 0, LensModel::kPi
 Camera ReadColmapLine(const std::vector<std::string_view>& fields, const std::string& place) {
   const auto model = std::ranges::find(kColmapModels, fields[1], &ColmapModel::name);
   if (model == std::end(kColmapModels))
-    throw InputError(
-        fmt::format("{}: camera model \"{}\" is not known here; let COLMAP undistort the images "
-                    "(image_undistorter), or convert the model",
-                    place, fields[1]));
+    throw BadInput(
+        "{}: camera model \"{}\" is not known here; let COLMAP undistort the images "
+        "(image_undistorter), or convert the model",
+        place, fields[1]);
   std::vector<double> values;
   for (size_t i = 2; i < fields.size(); ++i) {
     const auto value = ParseNumber(fields[i]);
-    if (!value) throw InputError(fmt::format("{}: \"{}\", expected a number", place, fields[i]));
+    if (!value) throw BadInput("{}: \"{}\", expected a number", place, fields[i]);
     values.push_back(*value);
   }
   const size_t expected = 4 + model->focal_lengths + model->coefficients;
   if (values.size() != expected)
-    throw InputError(fmt::format("{}: {} numbers after {}, expected {}", place, values.size(),
-                                 model->name, expected));
+    throw BadInput("{}: {} numbers after {}, expected {}", place, values.size(), model->name,
+                   expected);
   const auto [width, height] = std::pair{values[0], values[1]};
   if (!(width >= 1 && width <= kMaxSide && height >= 1 && height <= kMaxSide))
-    throw InputError(
-        fmt::format("{}: image size {} x {}, allowed: 1 to {}", place, width, height, kMaxSide));
+    throw BadInput("{}: image size {} x {}, allowed: 1 to {}", place, width, height, kMaxSide);
   Camera camera;
   camera.model = model->model;
   camera.width = static_cast<int>(width);
@@ -86,8 +85,7 @@ Camera ReadColmapKind(const std::string& text, const std::string& path,
     const auto fields = SplitFields(line);
     if (fields.empty() || fields[0][0] == '#') continue;
     const std::string place = fmt::format("{}:{}", path, line_number);
-    if (fields.size() < 5)
-      throw InputError(fmt::format("{}: expected ID MODEL WIDTH HEIGHT PARAMS", place));
+    if (fields.size() < 5) throw BadInput("{}: expected ID MODEL WIDTH HEIGHT PARAMS", place);
     cameras.push_back(ReadColmapLine(fields, place));
   }
   if (cameras.size() == 1) return cameras[0];
@@ -95,10 +93,10 @@ Camera ReadColmapKind(const std::string& text, const std::string& path,
     return c.width == image_size.width && c.height == image_size.height;
   };
   if (std::ranges::count_if(cameras, fits) != 1)
-    throw InputError(
-        fmt::format("{}: holds {} cameras, expected exactly one for images of {} x {}; "
-                    "--camera auto estimates one",
-                    path, cameras.size(), image_size.width, image_size.height));
+    throw BadInput(
+        "{}: holds {} cameras, expected exactly one for images of {} x {}; "
+        "--camera auto estimates one",
+        path, cameras.size(), image_size.width, image_size.height);
   return *std::ranges::find_if(cameras, fits);
 }
 
@@ -145,12 +143,12 @@ Camera ReadNumberRows(const std::vector<std::vector<double>>& rows, const std::s
     return row.size() == 3 || row.size() == 4;
   };
   if (rows.size() < 3 || rows.size() > 4 || !std::ranges::all_of(rows, is_row))
-    throw InputError(fmt::format(
+    throw BadInput(
         "{}: numbers alone, expected one line \"fx fy cx cy [k1 k2 p1 p2 [k3 ...]]\", or "
         "a matrix of three or four rows",
-        path));
+        path);
   if (rows[0][1] != 0 || rows[1][0] != 0 || rows[2][0] != 0 || rows[2][1] != 0 || rows[2][2] != 1)
-    throw InputError(fmt::format("{}: a matrix, expected the rows fx 0 cx, 0 fy cy, 0 0 1", path));
+    throw BadInput("{}: a matrix, expected the rows fx 0 cx, 0 fy cy, 0 0 1", path);
   camera.fx = rows[0][0], camera.cx = rows[0][2], camera.fy = rows[1][1], camera.cy = rows[1][2];
   return camera;
 }

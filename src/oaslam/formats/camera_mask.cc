@@ -1,13 +1,11 @@
 #include "oaslam/formats/camera_mask.h"
 
-#include <fmt/format.h>
-
 #include <filesystem>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/camera_reader.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/yaml.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 
@@ -44,8 +42,7 @@ std::string MaskOfCalibration(const std::string& spec) {
   const YAML::Node root = MappingOf(spec), mask = MaskIn(root);
   if (!mask) return "";
   if (!mask.IsScalar() || mask.Scalar().empty())
-    throw InputError(
-        fmt::format("{}: mask: {}, allowed: the path of an image", spec, TextOfNode(mask)));
+    throw BadInput("{}: mask: {}, allowed: the path of an image", spec, TextOfNode(mask));
   return (path.parent_path() / mask.Scalar()).lexically_normal().string();
 }
 

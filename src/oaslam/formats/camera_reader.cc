@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/printable.h"
 
 namespace oaslam {
@@ -46,8 +46,7 @@ YAML::Node ParseXml(const std::string& text, const std::string& path) {
     if (root.IsMap()) return root;
   } catch (const cv::Exception&) {
   }
-  throw InputError(
-      fmt::format("{}: XML, expected that of OpenCV's FileStorage (<opencv_storage>)", path));
+  throw BadInput("{}: XML, expected that of OpenCV's FileStorage (<opencv_storage>)", path);
 }
 
 // What is nested deeper than any calibration is left out.
@@ -74,7 +73,7 @@ YAML::Node ParseJsonCamera(const std::string& text, const std::string& path) {
   try {
     return NodeOf(nlohmann::json::parse(text));
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(fmt::format("{}: no JSON: {}", path, OnOneLine(Printable(error.what()), 200)));
+    throw BadInput("{}: no JSON: {}", path, OnOneLine(Printable(error.what()), 200));
   }
 }
 
@@ -95,7 +94,7 @@ std::optional<std::pair<std::string, YAML::Node>> CameraReader::Find(CameraKeys 
 
 std::pair<std::string, YAML::Node> CameraReader::Need(CameraKeys keys) const {
   if (auto found = Find(keys)) return *found;
-  throw InputError(fmt::format("{}: key {}{} is missing", path, prefix, *keys.begin()));
+  throw BadInput("{}: key {}{} is missing", path, prefix, *keys.begin());
 }
 
 double CameraReader::Number(CameraKeys keys) const {
@@ -118,8 +117,7 @@ std::vector<double> CameraReader::Numbers(CameraKeys keys, size_t count) const {
   auto values = node.IsMap() ? YamlNumbers(node["data"], path, key + ".data")
                              : YamlNumbers(Flat(node), path, key);
   if (count > 0 && values.size() != count)
-    throw InputError(
-        fmt::format("{}: {}: {} values, expected {}", path, key, values.size(), count));
+    throw BadInput("{}: {}: {} values, expected {}", path, key, values.size(), count);
   return values;
 }
 
@@ -131,8 +129,7 @@ std::string CameraReader::Text(CameraKeys keys) const {
 CameraReader CameraReader::Below(const char* key) const {
   const auto [name, node] = Need({key});
   if (!node.IsMap())
-    throw InputError(
-        fmt::format("{}: {}: {}, expected \"key: value\" lines", path, name, TextOfNode(node)));
+    throw BadInput("{}: {}: {}, expected \"key: value\" lines", path, name, TextOfNode(node));
   return {path, node, image_size, name + "."};
 }
 
@@ -149,8 +146,7 @@ void CameraReader::ReadSizeList(Camera& camera, const char* list) const {
   if (!found) return;
   const auto& [key, node] = *found;
   if (!node.IsSequence() || node.size() != 2)
-    throw InputError(
-        fmt::format("{}: {}: {}, expected [width, height]", path, key, TextOfNode(node)));
+    throw BadInput("{}: {}: {}, expected [width, height]", path, key, TextOfNode(node));
   camera.width = YamlInteger(node[0], path, key, 1, kMaxSide);
   camera.height = YamlInteger(node[1], path, key, 1, kMaxSide);
 }
@@ -160,25 +156,25 @@ void CameraReader::ReadFocal(Camera& camera, CameraKeys fx, CameraKeys fy, Camer
   camera.fx = Number(fx), camera.fy = Number(fy), camera.cx = Number(cx), camera.cy = Number(cy);
 }
 
-void CameraReader::CheckKeys(CameraKeys known, CameraKeys rest) const {
+void CameraReader::CheckKeys(std::string_view known, CameraKeys rest) const {
+  const std::vector<std::string_view> keys = SplitFields(known);
   for (const auto& entry : root) {
     const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "";
-    const auto is_known = [&](const char* other) { return key == other; };
     const auto begins = [&](const char* other) { return key.starts_with(other); };
     if (key == "mask") continue;  // ours (camera_mask)
-    if (std::ranges::any_of(known, is_known) || std::ranges::any_of(rest, begins)) continue;
-    throw InputError(
-        fmt::format("{}: {}{}: {}, a key that is not understood; known: {}. If it says nothing "
-                    "about lens and image size, remove the line",
-                    path, prefix, key, TextOfNode(entry.second), fmt::join(known, ", ")));
+    if (std::ranges::find(keys, key) != keys.end() || std::ranges::any_of(rest, begins)) continue;
+    throw BadInput(
+        "{}: {}{}: {}, a key that is not understood; known: {}. If it says nothing "
+        "about lens and image size, remove the line",
+        path, prefix, key, TextOfNode(entry.second), fmt::join(keys, ", "));
   }
 }
 
 void CameraReader::CheckZero(CameraKeys keys, const std::string& model) const {
   for (const char* key : keys)
     if (const double value = NumberOr(key, 0); value != 0)
-      throw InputError(fmt::format("{}: {}{}: {}, but the model {} has no {}", path, prefix, key,
-                                   value, model, key));
+      throw BadInput("{}: {}{}: {}, but the model {} has no {}", path, prefix, key, value, model,
+                     key);
 }
 
 }  // namespace oaslam

@@ -4,6 +4,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -39,9 +40,9 @@ struct CameraReader {
   // [width, height]
   void ReadSizeList(Camera& camera, const char* list) const;
   void ReadFocal(Camera& camera, CameraKeys fx, CameraKeys fy, CameraKeys cx, CameraKeys cy) const;
-  // Refuses keys beside these, and those that begin as one of `rest` does: they could be about the
-  // lens.
-  void CheckKeys(CameraKeys known, CameraKeys rest = {}) const;
+  // Refuses keys beside these (words with blanks between them), and those that begin as one of
+  // `rest` does: they could be about the lens.
+  void CheckKeys(std::string_view known, CameraKeys rest = {}) const;
   // Refuses values other than 0 for keys that the model does not have.
   void CheckZero(CameraKeys keys, const std::string& model) const;
 };

@@ -5,51 +5,21 @@
 #include <array>
 #include <cmath>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/camera_kinds.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/lower.h"
 
 namespace oaslam {
 
 Camera ReadNerfstudioKind(const CameraReader& reader) {
-  reader.CheckKeys({"camera_model",
-                    "fl_x",
-                    "fl_y",
-                    "cx",
-                    "cy",
-                    "w",
-                    "h",
-                    "k1",
-                    "k2",
-                    "k3",
-                    "k4",
-                    "p1",
-                    "p2",
-                    "camera_angle_x",
-                    "camera_angle_y",
-                    "is_fisheye",
-                    "frames",
-                    "aabb_scale",
-                    "scale",
-                    "offset",
-                    "applied_transform",
-                    "applied_scale",
-                    "orientation_override",
-                    "auto_scale_poses_override",
-                    "ply_file_path",
-                    "depth_unit_scale_factor",
-                    "integer_depth_scale",
-                    "fps",
-                    "frame_rate",
-                    "aabb",
-                    "up",
-                    "n_frames",
-                    "sharpness",
-                    "enable_depth_loading",
-                    "camera_orientation",
-                    "rolling_shutter"},
-                   {"train", "val", "test"});
+  reader.CheckKeys(
+      "camera_model fl_x fl_y cx cy w h k1 k2 k3 k4 p1 p2 camera_angle_x camera_angle_y is_fisheye "
+      "frames aabb_scale scale offset applied_transform applied_scale orientation_override "
+      "auto_scale_poses_override ply_file_path depth_unit_scale_factor integer_depth_scale fps "
+      "frame_rate aabb up n_frames sharpness enable_depth_loading camera_orientation "
+      "rolling_shutter",
+      {"train", "val", "test"});
   Camera camera;
   reader.ReadSize(camera, {"w"}, {"h"});
   if (camera.width == 0) {
@@ -89,8 +59,7 @@ Camera ReadRecord3dKind(const CameraReader& reader) {
   const auto k = reader.Numbers({"K"}, 9);
   camera.fx = k[0], camera.fy = k[4], camera.cx = k[6], camera.cy = k[7];
   if (k[2] != 0 || k[5] != 0 || k[8] != 1)
-    throw InputError(fmt::format("{}: K: [{}], expected [fx 0 0 0 fy 0 cx cy 1]", reader.path,
-                                 fmt::join(k, " ")));
+    throw BadInput("{}: K: [{}], expected [fx 0 0 0 fy 0 cx cy 1]", reader.path, fmt::join(k, " "));
   return camera;
 }
 
@@ -104,15 +73,15 @@ Camera ReadKittiKind(const CameraReader& reader) {
     for (const std::string_view field : SplitFields(row))
       p.push_back(ParseNumber(field).value_or(std::nan("")));
     if (p.size() != 12 || std::ranges::any_of(p, [](double x) { return std::isnan(x); }))
-      throw InputError(fmt::format("{}: {}: {}, expected 12 numbers", reader.path, key,
-                                   TextOfNode(found->second)));
+      throw BadInput("{}: {}: {}, expected 12 numbers", reader.path, key,
+                     TextOfNode(found->second));
     Camera next;
     next.fx = p[0], next.cx = p[2], next.fy = p[5], next.cy = p[6];
     if (camera && *camera != next)
-      throw InputError(fmt::format(
+      throw BadInput(
           "{}: {}: another camera than the ones before; write \"fx fy cx cy\" of the one that took "
           "the images to a file, and give that",
-          reader.path, key));
+          reader.path, key);
     camera = next;
   }
   return *camera;

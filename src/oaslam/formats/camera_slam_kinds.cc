@@ -1,11 +1,10 @@
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <span>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/camera_kinds.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/lower.h"
 
 namespace oaslam {
@@ -21,36 +20,10 @@ constexpr KalibrModel kKalibrModels[] = {{"pinhole", 0}, {"omni", 1}, {"ds", 2},
 }  // namespace
 
 Camera ReadOrbSlamKind(const CameraReader& reader) {
-  reader.CheckKeys({"fx",
-                    "fy",
-                    "cx",
-                    "cy",
-                    "k1",
-                    "k2",
-                    "k3",
-                    "k4",
-                    "k5",
-                    "k6",
-                    "p1",
-                    "p2",
-                    "width",
-                    "height",
-                    "cols",
-                    "rows",
-                    "type",
-                    "model",
-                    "name",
-                    "setup",
-                    "fps",
-                    "RGB",
-                    "color_order",
-                    "bf",
-                    "focal_x_baseline",
-                    "depth_threshold",
-                    "newWidth",
-                    "newHeight",
-                    "overlappingBegin",
-                    "overlappingEnd"});
+  reader.CheckKeys(
+      "fx fy cx cy k1 k2 k3 k4 k5 k6 p1 p2 width height cols rows type model name setup fps RGB "
+      "color_order bf focal_x_baseline depth_threshold newWidth newHeight overlappingBegin "
+      "overlappingEnd");
   Camera camera;
   reader.ReadSize(camera, {"width", "cols"}, {"height", "rows"});
   if (const auto type = reader.Find({"model", "type"}))
@@ -69,16 +42,16 @@ Camera ReadOrbSlamKind(const CameraReader& reader) {
 }
 
 Camera ReadKalibrKind(const CameraReader& reader) {
-  reader.CheckKeys({"camera_model", "intrinsics", "distortion_model", "distortion_coeffs",
-                    "distortion_coefficients", "resolution", "rostopic", "cam_overlaps",
-                    "T_cn_cnm1", "T_cam_imu", "timeshift_cam_imu", "sensor_type", "comment", "T_BS",
-                    "rate_hz"});
+  reader.CheckKeys(
+      "camera_model intrinsics distortion_model distortion_coeffs distortion_coefficients "
+      "resolution rostopic cam_overlaps T_cn_cnm1 T_cam_imu timeshift_cam_imu sensor_type comment "
+      "T_BS rate_hz");
   const std::string name =
       reader.Find({"camera_model"}) ? Lower(reader.Text({"camera_model"})) : "pinhole";
   const auto* model = std::ranges::find(kKalibrModels, name, &KalibrModel::name);
   if (model == std::end(kKalibrModels))
-    throw InputError(fmt::format("{}: {}camera_model: {}, allowed: pinhole | omni | ds | eucm",
-                                 reader.path, reader.prefix, TextOfNode(YAML::Node(name))));
+    throw BadInput("{}: {}camera_model: {}, allowed: pinhole | omni | ds | eucm", reader.path,
+                   reader.prefix, TextOfNode(YAML::Node(name)));
   Camera camera;
   const auto values = reader.Numbers({"intrinsics"}, model->parameters + 4);
   const double* p = values.data() + model->parameters;
@@ -105,8 +78,8 @@ Camera ReadKalibrKind(const CameraReader& reader) {
   const bool is_distorted =
       std::ranges::any_of(coefficients, [](double value) { return value != 0; });
   if (is_distorted && (name != "omni" || camera.model == LensModel::kFisheye))
-    throw InputError(fmt::format("{}: {}: not known with camera_model {}, allowed: {}", reader.path,
-                                 key, name, name == "omni" ? "radtan" : "none"));
+    throw BadInput("{}: {}: not known with camera_model {}, allowed: {}", reader.path, key, name,
+                   name == "omni" ? "radtan" : "none");
   if (name == "omni") SetLens(camera, OmniLens(values[0], coefficients), name, place);
   if (name == "ds") SetLens(camera, DoubleSphereLens(values[0], values[1]), name, place);
   if (name == "eucm") SetLens(camera, ExtendedUnifiedLens(values[0], values[1]), name, place);
@@ -119,7 +92,7 @@ Camera ReadVinsKind(const CameraReader& reader) {
   reader.ReadSize(camera, {"image_width"}, {"image_height"});
   const auto numbers = [&](const char* key, CameraKeys names) {
     const CameraReader below = reader.Below(key);
-    below.CheckKeys(names);
+    below.CheckKeys(fmt::format("{}", fmt::join(names, " ")));
     return below.NumbersOf(names, 0);
   };
   if (name == "kannala_brandt") {
@@ -133,12 +106,12 @@ Camera ReadVinsKind(const CameraReader& reader) {
   }
   const bool is_omni = name == "mei";
   if (!is_omni && name != "pinhole" && name != "pinhole_full")
-    throw InputError(
-        fmt::format("{}: model_type: {}, allowed: PINHOLE | KANNALA_BRANDT | MEI; calibrate the "
-                    "camera as one of these",
-                    reader.path, TextOfNode(reader.Need({"model_type"}).second)));
+    throw BadInput(
+        "{}: model_type: {}, allowed: PINHOLE | KANNALA_BRANDT | MEI; calibrate the "
+        "camera as one of these",
+        reader.path, TextOfNode(reader.Need({"model_type"}).second));
   const CameraReader projection = reader.Below("projection_parameters");
-  projection.CheckKeys({"fx", "fy", "cx", "cy", "gamma1", "gamma2", "u0", "v0"});
+  projection.CheckKeys("fx fy cx cy gamma1 gamma2 u0 v0");
   projection.ReadFocal(camera, {"fx", "gamma1"}, {"fy", "gamma2"}, {"cx", "u0"}, {"cy", "v0"});
   const auto k =
       reader.Find({"distortion_parameters"})
@@ -155,12 +128,11 @@ Camera ReadVinsKind(const CameraReader& reader) {
 Camera ReadOkvisKind(const CameraReader& reader) {
   const YAML::Node list = reader.root["cameras"];
   if (list.size() == 0 || !list[0].IsMap())
-    throw InputError(
-        fmt::format("{}: cameras: {}, expected a list of cameras", reader.path, TextOfNode(list)));
+    throw BadInput("{}: cameras: {}, expected a list of cameras", reader.path, TextOfNode(list));
   const CameraReader first{reader.path, list[0], reader.image_size, "cameras[0]."};
-  first.CheckKeys({"T_SC", "image_dimension", "distortion_coefficients", "distortion_type",
-                   "focal_length", "principal_point", "cam_model", "camera_model", "slam_use",
-                   "mapping", "image_delay"});
+  first.CheckKeys(
+      "T_SC image_dimension distortion_coefficients distortion_type focal_length principal_point "
+      "cam_model camera_model slam_use mapping image_delay");
   Camera camera;
   first.ReadSizeList(camera, "image_dimension");
   const auto focal = first.Numbers({"focal_length"}, 2),

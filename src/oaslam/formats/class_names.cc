@@ -7,10 +7,10 @@
 #include <ranges>
 #include <vector>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/yaml.h"
 #include "oaslam/geometry/detection_check.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
@@ -60,8 +60,8 @@ void CheckKeys(const YAML::Node& root, const std::string& path) {
     const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : TextOfNode(entry.first);
     if (std::ranges::find(kKeys, key) == kKeys.end() &&
         std::ranges::find(kOtherKeys, key) == kOtherKeys.end())
-      throw InputError(fmt::format("{}:{}: {}: unknown key, the nearest is {}", path,
-                                   entry.first.Mark().line + 1, key, Nearest(kKeys, key)));
+      throw BadInput("{}:{}: {}: unknown key, the nearest is {}", path, entry.first.Mark().line + 1,
+                     key, Nearest(kKeys, key));
   }
 }
 
@@ -70,24 +70,21 @@ ClassNames ReadNames(const YAML::Node& names, const std::string& path) {
   if (names.IsSequence()) {
     for (size_t i = 0; i < names.size(); ++i) {
       if (!names[i].IsScalar())
-        throw InputError(
-            fmt::format("{}: names[{}]: {}, expected a name", path, i, TextOfNode(names[i])));
+        throw BadInput("{}: names[{}]: {}, expected a name", path, i, TextOfNode(names[i]));
       result[static_cast<int>(i)] = names[i].Scalar();
     }
   } else if (names.IsMap()) {
     for (const auto& entry : names) {
       const int id = YamlInteger(entry.first, path, "names", 0, kMaxCategory);
       if (!entry.second.IsScalar())
-        throw InputError(
-            fmt::format("{}: names.{}: {}, expected a name", path, id, TextOfNode(entry.second)));
+        throw BadInput("{}: names.{}: {}, expected a name", path, id, TextOfNode(entry.second));
       if (!result.emplace(id, entry.second.Scalar()).second)
-        throw InputError(fmt::format("{}: names.{}: given twice", path, id));
+        throw BadInput("{}: names.{}: given twice", path, id);
     }
   } else {
-    throw InputError(
-        fmt::format("{}: names: {}, expected {{41: cup}} or [a, b]", path, TextOfNode(names)));
+    throw BadInput("{}: names: {}, expected {{41: cup}} or [a, b]", path, TextOfNode(names));
   }
-  if (result.empty()) throw InputError(fmt::format("{}: holds no class names", path));
+  if (result.empty()) throw BadInput("{}: holds no class names", path);
   return result;
 }
 
@@ -95,15 +92,13 @@ ClassNames ReadNames(const YAML::Node& names, const std::string& path) {
 std::vector<int> CategoriesNamed(const YAML::Node& node, const ClassNames& names,
                                  const std::string& path, const std::string& key) {
   if (!node.IsScalar())
-    throw InputError(
-        fmt::format("{}: {}: {}, expected the name of a class", path, key, TextOfNode(node)));
+    throw BadInput("{}: {}: {}, expected the name of a class", path, key, TextOfNode(node));
   std::vector<int> categories;
   for (const auto& [id, name] : names)
     if (name == node.Scalar()) categories.push_back(id);
   if (!categories.empty()) return categories;
-  throw InputError(fmt::format("{}: {}: class {} is not known, the nearest is \"{}\"", path, key,
-                               TextOfNode(node),
-                               Nearest(std::views::values(names), node.Scalar())));
+  throw BadInput("{}: {}: class {} is not known, the nearest is \"{}\"", path, key,
+                 TextOfNode(node), Nearest(std::views::values(names), node.Scalar()));
 }
 
 std::map<int, int> ReadParts(const YAML::Node& parts, const ClassNames& names,
@@ -111,21 +106,19 @@ std::map<int, int> ReadParts(const YAML::Node& parts, const ClassNames& names,
   std::map<int, int> whole_of;
   if (parts.IsNull()) return whole_of;
   if (!parts.IsMap())
-    throw InputError(
-        fmt::format("{}: parts: {}, expected {{head: statue}}", path, TextOfNode(parts)));
+    throw BadInput("{}: parts: {}, expected {{head: statue}}", path, TextOfNode(parts));
   for (const auto& entry : parts) {
     const std::string key =
         "parts." + (entry.first.IsScalar() ? entry.first.Scalar() : TextOfNode(entry.first));
     const std::vector<int> wholes = CategoriesNamed(entry.second, names, path, key);
     if (wholes.size() > 1)
-      throw InputError(
-          fmt::format("{}: {}: several classes are named {}", path, key, TextOfNode(entry.second)));
+      throw BadInput("{}: {}: several classes are named {}", path, key, TextOfNode(entry.second));
     for (const int part : CategoriesNamed(entry.first, names, path, "parts"))
       if (!whole_of.emplace(part, wholes.front()).second)
-        throw InputError(fmt::format("{}: {}: given twice", path, key));
+        throw BadInput("{}: {}: given twice", path, key);
   }
   if (const auto part = PartOfItself(whole_of))
-    throw InputError(fmt::format("{}: parts: {} is a part of itself", path, names.at(*part)));
+    throw BadInput("{}: parts: {} is a part of itself", path, names.at(*part));
   return whole_of;
 }
 
@@ -134,8 +127,7 @@ std::set<int> ReadMovable(const YAML::Node& movable, const ClassNames& names,
   std::set<int> categories;
   if (movable.IsNull()) return categories;
   if (!movable.IsSequence())
-    throw InputError(
-        fmt::format("{}: movable: {}, expected [person, chair]", path, TextOfNode(movable)));
+    throw BadInput("{}: movable: {}, expected [person, chair]", path, TextOfNode(movable));
   for (const YAML::Node& name : movable)
     for (const int category : CategoriesNamed(name, names, path, "movable"))
       categories.insert(category);
@@ -146,8 +138,7 @@ Classes FromYaml(const std::string& text, const std::string& path) {
   const YAML::Node root = ParseYamlMapping(text, path);
   CheckKeys(root, path);
   const YAML::Node names = root["names"], parts = root["parts"], movable = root["movable"];
-  if (!names && !parts && !movable)
-    throw InputError(fmt::format("{}: key \"names\" is missing", path));
+  if (!names && !parts && !movable) throw BadInput("{}: key \"names\" is missing", path);
   Classes classes{names ? ReadNames(names, path) : CocoClassNames(), {}};
   if (parts) classes.relations.whole_of = ReadParts(parts, classes.names, path);
   if (movable) classes.relations.movable = ReadMovable(movable, classes.names, path);
@@ -179,7 +170,7 @@ Classes LoadClasses(const std::string& path) {
   for (const std::string_view line : SplitLines(text))
     if (!Trim(line).empty())
       classes.names[static_cast<int>(classes.names.size())] = std::string(Trim(line));
-  if (classes.names.empty()) throw InputError(fmt::format("{}: holds no class names", path));
+  if (classes.names.empty()) throw BadInput("{}: holds no class names", path);
   return classes;
 }
 

@@ -8,7 +8,6 @@
 #include <optional>
 #include <utility>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/detection_entry.h"
 
 namespace oaslam {

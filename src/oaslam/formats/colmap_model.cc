@@ -9,10 +9,10 @@
 #include <cstring>
 #include <utility>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/pose_values.h"
 #include "oaslam/formats/table_file.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/read_file.h"
 
 namespace oaslam {
@@ -47,7 +47,7 @@ class ColmapBytes {
   }
   double Number() {
     const auto value = Read<double>();
-    if (!std::isfinite(value)) throw InputError(fmt::format("{}: a number is not finite", path_));
+    if (!std::isfinite(value)) throw BadInput("{}: a number is not finite", path_);
     return value;
   }
   std::string Name() {
@@ -59,7 +59,7 @@ class ColmapBytes {
   }
   const char* Take(size_t size) {
     if (size > bytes_.size() - at_)
-      throw InputError(fmt::format("{}: ends early, at byte {}", path_, bytes_.size()));
+      throw BadInput("{}: ends early, at byte {}", path_, bytes_.size());
     at_ += size;
     return bytes_.data() + at_ - size;
   }
@@ -108,8 +108,7 @@ std::vector<ColmapPose> ReadTextPoses(const std::string& path) {
     for (size_t i = 0; i < v.size(); ++i) v[i] = NumberAt(fields, i + 1, path, number);
     const std::string place = fmt::format("{}:{}", path, number);
     if (fields.size() < 10)
-      throw InputError(
-          fmt::format("{}: expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME", place));
+      throw BadInput("{}: expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME", place);
     const auto begin = static_cast<size_t>(fields[9].data() - line.data());
     poses.push_back({std::string(Trim(line.substr(begin))),
                      PoseOfQuaternion({v[0], v[1], v[2], v[3]}, {v[4], v[5], v[6]}, place)});
@@ -131,10 +130,10 @@ std::string TextOfColmapCameras(const std::string& path) {
     const auto id = bytes.Read<uint32_t>(), model = bytes.Read<uint32_t>();
     const auto width = bytes.Read<uint64_t>(), height = bytes.Read<uint64_t>();
     if (model >= kBinaryModels.size())
-      throw InputError(
-          fmt::format("{}: camera {} has model {}, allowed: 0 to {}; let COLMAP undistort the "
-                      "images (image_undistorter), or convert the model",
-                      path, id, model, kBinaryModels.size() - 1));
+      throw BadInput(
+          "{}: camera {} has model {}, allowed: 0 to {}; let COLMAP undistort the "
+          "images (image_undistorter), or convert the model",
+          path, id, model, kBinaryModels.size() - 1);
     text += fmt::format("{} {} {} {}", id, kBinaryModels[model].first, width, height);
     for (int i = 0; i < kBinaryModels[model].second; ++i)
       text += fmt::format(" {:.17g}", bytes.Number());

@@ -11,9 +11,9 @@
 #include <type_traits>
 #include <vector>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/yaml.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
@@ -102,14 +102,13 @@ void LoadConfig(const std::string& path, SlamConfig& config) {
       set(name, section.first, section.second);
     }
   }
-  if (!problems.empty()) throw InputError(fmt::format("{}", fmt::join(problems, "\n")));
+  if (!problems.empty()) throw BadInput("{}", fmt::join(problems, "\n"));
   config = changed;
 }
 
 void ApplySetting(const std::string& assignment, SlamConfig& config) {
   const size_t equals = assignment.find('=');
-  if (equals == std::string::npos)
-    throw InputError(fmt::format("{}: expected section.key=value", assignment));
+  if (equals == std::string::npos) throw BadInput("{}: expected section.key=value", assignment);
   const std::string key(Trim(std::string_view(assignment).substr(0, equals)));
   const std::string value(Trim(std::string_view(assignment).substr(equals + 1)));
   if (const auto problem = SetField(config, key, YAML::Node(value))) throw InputError(*problem);

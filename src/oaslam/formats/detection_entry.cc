@@ -4,10 +4,10 @@
 #include <cmath>
 #include <string_view>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/detection_json.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/geometry/detection_check.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/printable.h"
 
@@ -91,8 +91,7 @@ Json ParseDetections(const std::string& path) {
   try {
     return Json::parse(WithoutNan(text));
   } catch (const Json::exception& error) {
-    throw InputError(
-        fmt::format("{}: malformed JSON: {}", path, OnOneLine(Printable(error.what()), 200)));
+    throw BadInput("{}: malformed JSON: {}", path, OnOneLine(Printable(error.what()), 200));
   }
 }
 
@@ -114,12 +113,12 @@ void LeftOut::Check() const {
     throw InputError(
         total_ == 1 ? first_
                     : fmt::format("{} (the first of {} bad ones of {})", first_, count_, total_));
-  Log(LogLevel::kWarning, fmt::format("{}; left out, as {} of {} boxes", first_, count_, total_));
+  Log(LogLevel::kWarning, "{}; left out, as {} of {} boxes", first_, count_, total_);
 }
 
 void JsonPlace::Refuse(const std::string& problem) const {
   constexpr size_t kMaxBytes = 200;  // a value may be long
-  throw InputError(fmt::format("{}: {}: {}", path, entry, OnOneLine(problem, kMaxBytes)));
+  throw BadInput("{}: {}: {}", path, entry, OnOneLine(problem, kMaxBytes));
 }
 
 void JsonPlace::RefuseIf(const std::string& problem, const char* key) const {
@@ -175,7 +174,7 @@ Detection ReadDetection(const Json& entry, const JsonPlace& place) {
 }
 
 std::vector<Detection> DetectionsFromJson(const Json& list, const std::string& where) {
-  if (!list.is_array()) throw InputError(fmt::format("{}: expected a list of detections", where));
+  if (!list.is_array()) throw BadInput("{}: expected a list of detections", where);
   std::vector<Detection> detections;
   for (size_t i = 0; i < list.size(); ++i)
     detections.push_back(ReadDetection(list[i], {where, fmt::format("detection {}", i)}));

@@ -6,7 +6,6 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
 
 #include "oaslam/formats/json_text.h"
 #include "oaslam/types.h"

@@ -9,10 +9,10 @@
 #include <unordered_map>
 #include <utility>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/coco_detections.h"
 #include "oaslam/formats/detection_entry.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
@@ -46,7 +46,7 @@ std::vector<ImageDetections> ReadOwn(const Json& root, const std::string& path) 
 DetectionFile ReadAny(const Json& root, const std::string& path) {
   const bool is_list = root.is_array();
   if (!is_list && !root.is_object())
-    throw InputError(fmt::format("{}: expected a list of images with detections", path));
+    throw BadInput("{}: expected a list of images with detections", path);
   const bool is_coco =
       !is_list || (!root.empty() && root[0].is_object() && root[0].contains("image_id"));
   return is_coco ? ReadCoco(root, path) : DetectionFile{ReadOwn(root, path)};
@@ -112,18 +112,18 @@ DetectionFile ReadDetectionFile(const std::string& path) {
   for (const ImageDetections& image : file.images) {
     const auto [other, is_new] = seen.emplace(BaseName(image.file_name), image.file_name);
     if (!is_new)
-      throw InputError(fmt::format("{}: {}: the base name is that of {}, too", path,
-                                   image.file_name, other->second));
+      throw BadInput("{}: {}: the base name is that of {}, too", path, image.file_name,
+                     other->second);
   }
   return file;
 }
 
 void CheckNames(const DetectionFile& file, const std::string& path) {
   if (file.has_numbers_for_names)
-    throw InputError(
-        fmt::format("{}: names images by number; put their list {{\"images\": [{{\"id\", "
-                    "\"file_name\"}}]}} beside it as {}.images.json",
-                    path, std::filesystem::path(path).stem().string()));
+    throw BadInput(
+        "{}: names images by number; put their list {{\"images\": [{{\"id\", "
+        "\"file_name\"}}]}} beside it as {}.images.json",
+        path, std::filesystem::path(path).stem().string());
 }
 
 DetectionTable LoadDetections(const std::string& path) {
@@ -139,8 +139,8 @@ void SaveDetections(const std::string& path, const std::vector<ImageDetections>&
                                 {"detections", nlohmann::ordered_json::array()}};
     for (const Detection& d : image.detections) {
       if (!std::isfinite(d.score + d.box.x1 + d.box.y1 + d.box.x2 + d.box.y2))
-        throw InputError(fmt::format("{}: {}: detection {} has a number that is not finite", path,
-                                     image.file_name, &d - image.detections.data()));
+        throw BadInput("{}: {}: detection {} has a number that is not finite", path,
+                       image.file_name, &d - image.detections.data());
       line["detections"].push_back(JsonOf(d));
     }
     text += (&image == &images.front() ? "\n" : ",\n") + JsonText(line);

@@ -6,13 +6,12 @@
 #include <array>
 #include <functional>
 #include <map>
-#include <optional>
 #include <set>
 #include <utility>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/unicode.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -130,9 +129,8 @@ bool IsMatched(const std::string& image, const std::map<std::string, int>& names
   const auto found = stems.find(stem);
   if (found == stems.end()) return false;
   if (found->second > 1)
-    throw InputError(
-        fmt::format("{}: {} names are \"{}\" without their extension, as image \"{}\" is", path,
-                    found->second, stem, BaseName(image)));
+    throw BadInput("{}: {} names are \"{}\" without their extension, as image \"{}\" is", path,
+                   found->second, stem, BaseName(image));
   return true;
 }
 
@@ -199,18 +197,16 @@ DetectionTable MatchedToImages(const DetectionTable& given, const std::vector<st
   const Matches matches = MatchByNumber(names, images, matched > 0);
   if (matched > 0 && matches.empty()) return detections;
   if (matches.empty())
-    throw InputError(fmt::format(
+    throw BadInput(
         "{}: none of its {} names belongs to an image, by name or by number: it has {}, the "
         "images {}",
-        path, names.size(), Quoted(names.front()), Quoted(BaseName(images.front()))));
+        path, names.size(), Quoted(names.front()), Quoted(BaseName(images.front())));
   std::vector<ImageDetections> result;
   for (const auto& [name, image] : matches)
     result.push_back({images[image], detections.images()[name].detections});
   const auto& [name, image] = *matches.begin();
-  Log(LogLevel::kInfo,
-      fmt::format("{}: names are matched by number, {} of {}: {} is that of image {}", path,
-                  matches.size(), names.size(), Quoted(BaseName(names[name])),
-                  Quoted(BaseName(images[image]))));
+  Log(LogLevel::kInfo, "{}: names are matched by number, {} of {}: {} is that of image {}", path,
+      matches.size(), names.size(), Quoted(BaseName(names[name])), Quoted(BaseName(images[image])));
   return DetectionTable(std::move(result));
 }
 

@@ -1,17 +1,13 @@
 #include "oaslam/formats/imu_file.h"
 
-#include <fmt/format.h>
-
-#include <optional>
 #include <utility>
-#include <vector>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/pose_values.h"
 #include "oaslam/formats/table_file.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/yaml.h"
 #include "oaslam/geometry/angular_velocity_check.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/median.h"
 
 namespace oaslam {
@@ -27,12 +23,11 @@ Rigid3 MotionOfMatrix(const YAML::Node& node, const std::string& path, const std
     values = node.IsMap() ? YamlNumbers(node["data"], path, key + ".data")
                           : YamlNumbers(node, path, key);
   if (values.size() != 16)
-    throw InputError(fmt::format("{}: {}: {} values, expected 16", path, key, values.size()));
+    throw BadInput("{}: {}: {} values, expected 16", path, key, values.size());
   constexpr double kRounded = 1e-3;  // by who wrote the file
   const std::optional<Rigid3> motion = PoseOfRows(values, kRounded);
   if (!motion)
-    throw InputError(
-        fmt::format("{}: {}: its first three rows and columns are no rotation", path, key));
+    throw BadInput("{}: {}: its first three rows and columns are no rotation", path, key);
   return *motion;
 }
 
@@ -47,10 +42,10 @@ void CheckSpacing(const std::vector<AngularVelocity>& samples, const std::string
   if (spacings.empty()) return;
   const double median = Median(std::move(spacings));
   if (median < kLeast || median > kMost)
-    throw InputError(fmt::format(
+    throw BadInput(
         "{}:{}: time stamps from here on: median spacing {:.3g} s, allowed: {} to {} s; the first "
         "column is in ns",
-        path, line, median, kLeast, kMost));
+        path, line, median, kLeast, kMost);
 }
 
 }  // namespace
@@ -91,13 +86,13 @@ std::vector<AngularVelocity> LoadImu(const std::string& path,
                                  camera_from_imu * Eigen::Vector3d(value(1), value(2), value(3))};
     const double* last = samples.empty() ? nullptr : &samples.back().timestamp;
     if (const std::string problem = ProblemOf(sample, last); !problem.empty())
-      throw InputError(fmt::format("{}:{}: {}", path, number, problem));
+      throw BadInput("{}:{}: {}", path, number, problem);
     if (samples.empty()) first_number = number;
     samples.push_back(sample);
   }
   if (samples.empty())
-    throw InputError(fmt::format(
-        "{}: no line \"timestamp [ns],w_x,w_y,w_z [rad/s]\" as in EuRoC's data.csv", path));
+    throw BadInput("{}: no line \"timestamp [ns],w_x,w_y,w_z [rad/s]\" as in EuRoC's data.csv",
+                   path);
   CheckSpacing(samples, path, first_number);
   return samples;
 }

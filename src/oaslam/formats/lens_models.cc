@@ -1,15 +1,13 @@
 #include "oaslam/formats/lens_models.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "oaslam/camera_file.h"
-#include "oaslam/error.h"
 #include "oaslam/formats/yaml.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/lower.h"
 
@@ -70,25 +68,24 @@ LensModel LensModelOf(const std::string& name, const LensPlace& place) {
   const std::string word = Lower(name);
   for (const auto& [known, model] : kLensNames)
     if (word == known) return model;
-  throw InputError(fmt::format(
+  throw BadInput(
       "{}: {}: {}, a lens model that is not known here, allowed: radial-tangential (plumb_bob, "
       "radtan, perspective) | fisheye (equidistant); {}",
       place.path, place.key, TextOfNode(YAML::Node(name)),
       word == "equirectangular" ? "cut views out of the panorama (FFmpeg's filter v360)"
-                                : kWhatToDo));
+                                : kWhatToDo);
 }
 
 void SetDistortion(Camera& camera, std::span<const double> values, const LensPlace& place) {
   const bool is_fisheye = camera.model == LensModel::kFisheye;
   const size_t used = is_fisheye ? 4 : 5, known = is_fisheye ? 4 : 14;
   if (values.size() == 1 || (is_fisheye && !values.empty() && values.size() < 4))
-    throw InputError(
-        fmt::format("{}: {}: {} values, expected {}", place.path, place.key, values.size(), used));
+    throw BadInput("{}: {}: {} values, expected {}", place.path, place.key, values.size(), used);
   const auto is_zero = [](double value) { return value == 0; };
   for (size_t i = known; i < values.size(); ++i)
     if (!is_zero(values[i]))
-      throw InputError(fmt::format("{}: {}[{}]: {}, only {} coefficients are known", place.path,
-                                   place.key, i, values[i], known));
+      throw BadInput("{}: {}[{}]: {}, only {} coefficients are known", place.path, place.key, i,
+                     values[i], known);
   if (values.size() > used && !std::ranges::all_of(values.subspan(used), is_zero))
     return SetLens(camera, OpenCvLens(values.first(std::min(values.size(), known))),
                    "rational / thin prism", place);
@@ -103,19 +100,16 @@ void SetLens(Camera& camera, const LensFunction& lens, const std::string& name,
     camera.height = place.image_size.height;
   }
   if (camera.width == 0)
-    throw InputError(
-        fmt::format("{}: has no image size, and there are no images to take it from", place.path));
+    throw BadInput("{}: has no image size, and there are no images to take it from", place.path);
   CheckCalibration(camera, place.path);
   const LensFit fit = FitLens(lens, camera);
   const char* ours = fit.camera.model == LensModel::kFisheye ? "fisheye" : "radial-tangential";
   if (!(fit.max_error_px <= kMostPx))
-    throw InputError(
-        fmt::format("{}: {}: lens model {}: the closest {} lens differs by {:.2g} px, allowed: {}; "
-                    "{}",
-                    place.path, place.key, name, ours, fit.max_error_px, kMostPx, kWhatToDo));
-  Log(LogLevel::kInfo,
-      fmt::format("{}: lens model {} converted to {}, differs by at most {:.2g} px", place.path,
-                  name, ours, fit.max_error_px));
+    throw BadInput(
+        "{}: {}: lens model {}: the closest {} lens differs by {:.2g} px, allowed: {}; {}",
+        place.path, place.key, name, ours, fit.max_error_px, kMostPx, kWhatToDo);
+  Log(LogLevel::kInfo, "{}: lens model {} converted to {}, differs by at most {:.2g} px",
+      place.path, name, ours, fit.max_error_px);
   camera = fit.camera;
 }
 

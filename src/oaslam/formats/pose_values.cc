@@ -1,11 +1,9 @@
 #include "oaslam/formats/pose_values.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/LU>
 #include <cmath>
 
-#include "oaslam/error.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 
@@ -20,8 +18,7 @@ std::optional<Rigid3> PoseOfRows(std::span<const double> rows, double rounded) {
 Rigid3 PoseOfQuaternion(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation,
                         const std::string& place) {
   if (std::abs(rotation.norm() - 1) > 0.1)
-    throw InputError(
-        fmt::format("{}: quaternion of length {:.3g}, expected 1", place, rotation.norm()));
+    throw BadInput("{}: quaternion of length {:.3g}, expected 1", place, rotation.norm());
   return {rotation.normalized(), translation};
 }
 

@@ -1,10 +1,9 @@
 #include "oaslam/formats/table_file.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "oaslam/formats/text.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 
@@ -21,8 +20,7 @@ std::vector<std::string_view> SplitCommas(std::string_view line) {
 double NumberAt(const std::vector<std::string_view>& fields, size_t column, const std::string& path,
                 size_t line) {
   const auto value = column < fields.size() ? ParseNumber(fields[column]) : std::nullopt;
-  if (!value)
-    throw InputError(fmt::format("{}:{}: column {}: expected a number", path, line, column + 1));
+  if (!value) throw BadInput("{}:{}: column {}: expected a number", path, line, column + 1);
   return *value;
 }
 
@@ -32,7 +30,7 @@ size_t ColumnOf(std::string_view header, std::initializer_list<std::string_view>
   for (const std::string_view name : names)
     if (const auto found = std::ranges::find(fields, name); found != fields.end())
       return static_cast<size_t>(found - fields.begin());
-  throw InputError(fmt::format("{}:1: column \"{}\" is missing", path, *names.begin()));
+  throw BadInput("{}:1: column \"{}\" is missing", path, *names.begin());
 }
 
 std::vector<std::vector<double>> LoadNumberRows(const std::string& path, size_t columns) {
@@ -54,7 +52,7 @@ std::vector<std::vector<double>> LoadColumns(const std::string& path,
                                              const std::vector<std::string>& names) {
   const std::string text = ReadTextFile(path);
   const auto lines = SplitLines(text);
-  if (lines.empty()) throw InputError(fmt::format("{}: empty", path));
+  if (lines.empty()) throw BadInput("{}: empty", path);
   std::vector<size_t> columns;
   for (const std::string& name : names) columns.push_back(ColumnOf(lines[0], {name}, path));
   std::vector<std::vector<double>> rows;

@@ -5,8 +5,6 @@
 #include <string_view>
 #include <vector>
 
-#include "oaslam/error.h"
-
 namespace oaslam {
 
 // The fields of a line, without surrounding blanks.

@@ -12,8 +12,8 @@
 #include <numeric>
 #include <system_error>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/leftover.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/lower.h"
 #include "oaslam/util/printable.h"
 #include "oaslam/util/read_file.h"
@@ -69,7 +69,7 @@ void WriteTextFile(const std::string& path, const std::string& content) {
   if (success) return;
   const std::string why = error ? ": " + error.message() : "";
   if (is_plain && is_open) fs::remove(written, error);
-  throw InputError(fmt::format("{}: cannot be written{}", path, why));
+  throw BadInput("{}: cannot be written{}", path, why);
 }
 
 std::optional<double> ParseNumber(std::string_view text) {

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <filesystem>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/pose_values.h"
 #include "oaslam/formats/table_file.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/time_unit.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/lower.h"
 
@@ -34,14 +34,12 @@ struct Table {
   // The first `count` numbers of a row.
   std::vector<double> Numbers(const Row& row, size_t count) const {
     if (row.fields.size() < count)
-      throw InputError(
-          fmt::format("{}:{}: {} columns, expected {}", path, row.line, row.fields.size(), count));
+      throw BadInput("{}:{}: {} columns, expected {}", path, row.line, row.fields.size(), count);
     std::vector<double> numbers;
     for (size_t i = 0; i < count; ++i) {
       const auto value = ParseNumber(row.fields[i]);
       if (!value)
-        throw InputError(
-            fmt::format("{}:{}: {}, expected a number", path, row.line, Quoted(row.fields[i])));
+        throw BadInput("{}:{}: {}, expected a number", path, row.line, Quoted(row.fields[i]));
       numbers.push_back(*value);
     }
     return numbers;
@@ -87,21 +85,21 @@ std::vector<StampedPose> ReadKitti(const Table& table) {
       (std::filesystem::path(table.path).parent_path() / "times.txt").string();
   std::error_code error;
   if (!std::filesystem::exists(times_path, error))
-    throw InputError(
-        fmt::format("{}: has KITTI's twelve numbers a line, without times: put the times.txt of "
-                    "its images beside it, or give TUM's \"timestamp tx ty tz qx qy qz qw\"",
-                    table.path));
+    throw BadInput(
+        "{}: has KITTI's twelve numbers a line, without times: put the times.txt of "
+        "its images beside it, or give TUM's \"timestamp tx ty tz qx qy qz qw\"",
+        table.path);
   Table times;
   ReadRows(times_path, times);
   if (times.rows.size() != table.rows.size())
-    throw InputError(fmt::format("{}: {} times, but {} has {} poses", times_path, times.rows.size(),
-                                 table.path, table.rows.size()));
+    throw BadInput("{}: {} times, but {} has {} poses", times_path, times.rows.size(), table.path,
+                   table.rows.size());
   std::vector<StampedPose> poses;
   for (size_t i = 0; i < table.rows.size(); ++i) {
     const std::optional<Rigid3> pose = PoseOfRows(table.Numbers(table.rows[i], 12));
     if (!pose)
-      throw InputError(fmt::format("{}:{}: twelve numbers, but no rotation as in KITTI's poses",
-                                   table.path, table.rows[i].line));
+      throw BadInput("{}:{}: twelve numbers, but no rotation as in KITTI's poses", table.path,
+                     table.rows[i].line);
     poses.push_back({times.Numbers(times.rows[i], 1)[0], *pose});
   }
   return poses;
@@ -148,10 +146,10 @@ Columns ColumnsOf(const Table& table, bool is_ns) {
   if (!table.has_commas) return kTumColumns;
   if (const auto columns = ColumnsOfHeader(table)) return *columns;
   if (is_ns) return kEurocColumns;
-  throw InputError(
-      fmt::format("{}: has commas, and no header that tells the order of its quaternions: give "
-                  "\"timestamp tx ty tz qx qy qz qw\" with blanks",
-                  table.path));
+  throw BadInput(
+      "{}: has commas, and no header that tells the order of its quaternions: give "
+      "\"timestamp tx ty tz qx qy qz qw\" with blanks",
+      table.path);
 }
 
 // The unit of the times: seconds, or that in which they are dates.
@@ -160,15 +158,14 @@ double UnitOfTimes(const Table& table) {
   for (const Row& row : table.rows) times.push_back(table.Numbers(row, 1)[0]);
   const double date = UnitOfDate(times.front()).value_or(1);
   if (date < 1) {
-    Log(LogLevel::kInfo, fmt::format("{}: its times are in {}", table.path, NameOfUnit(date)));
+    Log(LogLevel::kInfo, "{}: its times are in {}", table.path, NameOfUnit(date));
     return date;
   }
   if (table.header.find("[ns]") != std::string::npos) return 1e-9;
   constexpr double kLongest = 3600;  // between poses, seconds
   if (const double step = MedianStep(times); step > kLongest)
-    throw InputError(
-        fmt::format("{}: the median step between its times is {:.6g}, they are not in seconds",
-                    table.path, step));
+    throw BadInput("{}: the median step between its times is {:.6g}, they are not in seconds",
+                   table.path, step);
   return 1;
 }
 
@@ -199,9 +196,8 @@ std::vector<StampedPose> LoadTrajectory(const std::string& path) {
   if (in_first == 12) {
     poses = ReadKitti(table);
   } else if (in_first > 9 && !table.has_commas) {
-    throw InputError(
-        fmt::format("{}:{}: {} numbers, expected TUM's \"timestamp tx ty tz qx qy qz qw\"", path,
-                    table.rows.front().line, in_first));
+    throw BadInput("{}:{}: {} numbers, expected TUM's \"timestamp tx ty tz qx qy qz qw\"", path,
+                   table.rows.front().line, in_first);
   } else {
     const double unit = UnitOfTimes(table);
     const Columns columns = ColumnsOf(table, unit == 1e-9);
@@ -221,8 +217,7 @@ std::vector<StampedPose> LoadTrajectory(const std::string& path) {
 void SaveTrajectory(const std::string& path, const std::vector<StampedPose>& poses) {
   std::string text;
   for (size_t i = 0; i < poses.size(); ++i)
-    if (!IsFinite(poses[i]))
-      throw InputError(fmt::format("{}: pose {} has a number that is not finite", path, i));
+    if (!IsFinite(poses[i])) throw BadInput("{}: pose {} has a number that is not finite", path, i);
   for (const StampedPose& pose : poses) {
     AppendPose(text, pose);
     text += '\n';

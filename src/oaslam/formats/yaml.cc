@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 YAML::Node ParseYamlMapping(std::string text, const std::string& path) {
@@ -17,10 +16,10 @@ YAML::Node ParseYamlMapping(std::string text, const std::string& path) {
   try {
     root = YAML::Load(text);
   } catch (const YAML::Exception& error) {
-    throw InputError(fmt::format("{}:{}: {}", path, error.mark.line + 1, error.msg));
+    throw BadInput("{}:{}: {}", path, error.mark.line + 1, error.msg);
   }
   if (root.IsNull()) return YAML::Node(YAML::NodeType::Map);
-  if (!root.IsMap()) throw InputError(fmt::format("{}: expected \"key: value\" lines", path));
+  if (!root.IsMap()) throw BadInput("{}: expected \"key: value\" lines", path);
   return root;
 }
 
@@ -38,10 +37,9 @@ std::string TextOfNode(const YAML::Node& node) {
 double YamlNumber(const YAML::Node& node, const std::string& path, const std::string& key,
                   double min, double max) {
   const auto value = node && node.IsScalar() ? ParseNumber(node.Scalar()) : std::nullopt;
-  if (!value)
-    throw InputError(fmt::format("{}: {}: {}, expected a number", path, key, TextOfNode(node)));
+  if (!value) throw BadInput("{}: {}: {}, expected a number", path, key, TextOfNode(node));
   if (*value < min || *value > max)
-    throw InputError(fmt::format("{}: {}: {}, allowed: {} to {}", path, key, *value, min, max));
+    throw BadInput("{}: {}: {}, allowed: {} to {}", path, key, *value, min, max);
   return *value;
 }
 
@@ -49,15 +47,14 @@ int YamlInteger(const YAML::Node& node, const std::string& path, const std::stri
                 int max) {
   const double value = YamlNumber(node, path, key, min, max);
   if (value != std::floor(value))
-    throw InputError(fmt::format("{}: {}: {}, expected a whole number", path, key, value));
+    throw BadInput("{}: {}: {}, expected a whole number", path, key, value);
   return static_cast<int>(value);
 }
 
 std::vector<double> YamlNumbers(const YAML::Node& node, const std::string& path,
                                 const std::string& key) {
   if (!node || !node.IsSequence())
-    throw InputError(
-        fmt::format("{}: {}: {}, expected a list of numbers", path, key, TextOfNode(node)));
+    throw BadInput("{}: {}: {}, expected a list of numbers", path, key, TextOfNode(node));
   std::vector<double> values;
   for (size_t i = 0; i < node.size(); ++i)
     values.push_back(YamlNumber(node[i], path, fmt::format("{}[{}]", key, i)));

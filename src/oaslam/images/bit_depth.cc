@@ -1,7 +1,5 @@
 #include "oaslam/images/bit_depth.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
@@ -61,9 +59,8 @@ int LookAtImages(const std::string& source, const std::vector<std::string>& path
   }
   if (bits < least || bits == kAllBits) return kAllBits;
   if (!quiet)
-    Log(LogLevel::kInfo,
-        fmt::format("{}: {} of the 16 bits of its images are used, all are scaled by 1/{}", source,
-                    bits, 1 << (bits - 8)));
+    Log(LogLevel::kInfo, "{}: {} of the 16 bits of its images are used, all are scaled by 1/{}",
+        source, bits, 1 << (bits - 8));
   return bits;
 }
 

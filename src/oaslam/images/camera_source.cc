@@ -10,7 +10,6 @@
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <thread>
-#include <utility>
 
 extern "C" {
 #include <libavcodec/avcodec.h>
@@ -21,11 +20,11 @@ extern "C" {
 #include <libswscale/swscale.h>
 }
 
-#include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/images/stream_clock.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
-#include "oaslam/util/url.h"
+#include "oaslam/util/uri.h"
 
 namespace oaslam {
 namespace {
@@ -84,8 +83,7 @@ std::string DeviceOf(const std::string& source) {
   const auto number = ParseNumber(source.substr(begin));
   // No system has a larger number of cameras.
   if (!number || !(*number >= 0 && *number <= 1000) || *number != static_cast<int>(*number))
-    throw InputError(
-        fmt::format("{}: expected {}N with N from 0", source, source.substr(0, begin)));
+    throw BadInput("{}: expected {}N with N from 0", source, source.substr(0, begin));
   const int n = static_cast<int>(*number);
   return is_usb ? UsbCamera(n, "/sys/class/video4linux") : kDevice + std::to_string(n);
 }
@@ -99,7 +97,7 @@ class CameraSource : public ImageSource {
         url_(is_device_ ? DeviceOf(source) : source),
         options_(options) {
     if (const int error = Connect(); error < 0)
-      throw InputError(fmt::format("{}: cannot be opened: {}", name_, problem_));
+      throw BadInput("{}: cannot be opened: {}", name_, problem_);
   }
 
   ~CameraSource() override { sws_freeContext(scaler_); }
@@ -123,7 +121,7 @@ class CameraSource : public ImageSource {
       if (!image.image.empty()) return image;
     }
     if (index_ == 0 && !IsStopped())
-      throw InputError(fmt::format("{}: not one of its images can be decoded", name_));
+      throw BadInput("{}: not one of its images can be decoded", name_);
     return std::nullopt;
   }
   int size() const override {
@@ -215,19 +213,18 @@ class CameraSource : public ImageSource {
   // False where it does not come back. `error`: why it is not there.
   bool ConnectAgain(int error) {
     if (last_image_s_ == 0) last_image_s_ = Seconds();
-    Log(LogLevel::kWarning,
-        fmt::format("{}: broke off after {} images ({}); connecting again", name_, index_,
-                    error == AVERROR_EOF    ? "its end"
-                    : error == AVERROR_EXIT ? fmt::format("nothing for {:g} s", kSilence_s)
-                                            : Reason(error)));
+    Log(LogLevel::kWarning, "{}: broke off after {} images ({}); connecting again", name_, index_,
+        error == AVERROR_EOF    ? "its end"
+        : error == AVERROR_EXIT ? fmt::format("nothing for {:g} s", kSilence_s)
+                                : Reason(error));
     while (!IsStopped() && Seconds() < last_image_s_ + kGivenUp_s) {
       if (Connect() >= 0) return true;
       for (int i = 0; i < 10 && !IsStopped(); ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
     if (!IsStopped())
-      Log(LogLevel::kWarning, fmt::format("{}: no image for {:g} s, no more are expected: {}",
-                                          name_, kGivenUp_s, problem_));
+      Log(LogLevel::kWarning, "{}: no image for {:g} s, no more are expected: {}", name_,
+          kGivenUp_s, problem_);
     return false;
   }
 
@@ -319,8 +316,7 @@ std::string UsbCamera(int number, const fs::path& classes) {
       devices[static_cast<int>(*n)] = "/dev/" + name;
   }
   if (number >= static_cast<int>(devices.size()))
-    throw InputError(
-        fmt::format("usb:{}: there are {} cameras at USB, counted from 0", number, devices.size()));
+    throw BadInput("usb:{}: there are {} cameras at USB, counted from 0", number, devices.size());
   return std::next(devices.begin(), number)->second;
 }
 

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/pose_values.h"
 #include "oaslam/images/dataset_layouts.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/lower.h"
 
 namespace oaslam {
@@ -32,16 +32,13 @@ std::optional<Dataset> FindLayout(const DatasetLayout& layout, const DatasetFold
   try {
     found = layout.find(folder);
   } catch (const InputError& error) {
-    throw InputError(
-        fmt::format("{} (the folder is taken for {}; --dataset none: for its images "
-                    "alone)",
-                    error.what(), layout.name));
+    throw BadInput("{} (the folder is taken for {}; --dataset none: for its images alone)",
+                   error.what(), layout.name);
   }
   if (!found) return std::nullopt;
   found->layout = layout.name;
   if (found->film.empty() && found->images.empty())
-    throw InputError(
-        fmt::format("{}: in the layout of {}, but no images", folder.root, layout.name));
+    throw BadInput("{}: in the layout of {}, but no images", folder.root, layout.name);
   return found;
 }
 
@@ -64,15 +61,14 @@ std::string DatasetFolder::First(std::initializer_list<const char*> paths) const
 
 Rigid3 PoseOfMatrix(const std::vector<double>& rows, const std::string& place) {
   const std::optional<Rigid3> pose = PoseOfRows(rows);
-  if (!pose) throw InputError(fmt::format("{}: is no rotation and translation", place));
+  if (!pose) throw BadInput("{}: is no rotation and translation", place);
   return *pose;
 }
 
 void CheckCount(const std::string& path, size_t count, const char* what, const std::string& folder,
                 size_t images) {
   if (count != images)
-    throw InputError(
-        fmt::format("{}: {} {}, but {} has {} images", path, count, what, folder, images));
+    throw BadInput("{}: {} {}, but {} has {} images", path, count, what, folder, images);
 }
 
 std::vector<std::string> DatasetLayouts() {
@@ -88,16 +84,16 @@ std::optional<Dataset> FindDataset(const std::string& folder, const ImageSourceO
   if (!asked.empty() && std::ranges::none_of(kLayouts, [&](const DatasetLayout& layout) {
         return Lower(layout.name) == asked;
       }))
-    throw InputError(fmt::format("--dataset {}: allowed: {} | none", options.dataset,
-                                 fmt::join(DatasetLayouts(), " | ")));
+    throw BadInput("--dataset {}: allowed: {} | none", options.dataset,
+                   fmt::join(DatasetLayouts(), " | "));
   const bool is_folder = fs::is_directory(folder, error);
   for (const DatasetLayout& layout : kLayouts) {
     if (!is_folder || (!asked.empty() && asked != Lower(layout.name))) continue;
     if (std::optional<Dataset> found = FindLayout(layout, {folder, options})) return found;
   }
   if (!asked.empty())
-    throw InputError(fmt::format("{}: --dataset {}: is no folder in that layout (docs/formats.md)",
-                                 folder, options.dataset));
+    throw BadInput("{}: --dataset {}: is no folder in that layout (docs/formats.md)", folder,
+                   options.dataset);
   return std::nullopt;
 }
 

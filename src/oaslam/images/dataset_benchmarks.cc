@@ -3,13 +3,12 @@
 #include <filesystem>
 #include <map>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/imu_file.h"
 #include "oaslam/formats/table_file.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/images/dataset_layouts.h"
-#include "oaslam/images/image_files.h"
 #include "oaslam/images/image_list.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/lower.h"
 
 // Of benchmarks and their recordings.
@@ -37,7 +36,7 @@ std::optional<Rigid3> LoadMatrix(const std::string& path) {
     }
   }
   if (rows.size() < 12)
-    throw InputError(fmt::format("{}: {} numbers, expected a matrix of 4 x 4", path, rows.size()));
+    throw BadInput("{}: {} numbers, expected a matrix of 4 x 4", path, rows.size());
   return PoseOfMatrix(rows, path);
 }
 
@@ -122,9 +121,8 @@ std::optional<Dataset> FindKitti(const DatasetFolder& folder) {
 std::optional<Dataset> FindSevenScenes(const DatasetFolder& folder) {
   if (folder.First({"frame-000000.color.png", "frame-000000.color.jpg"}).empty()) {
     if (folder.Has("seq-01") && folder.Has("TrainSplit.txt"))
-      throw InputError(
-          fmt::format("{}: a scene of 7-Scenes, expected one of its sequences, such as {}",
-                      folder.root, folder.At("seq-01")));
+      throw BadInput("{}: a scene of 7-Scenes, expected one of its sequences, such as {}",
+                     folder.root, folder.At("seq-01"));
     return std::nullopt;
   }
   Dataset dataset;

@@ -6,7 +6,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/colmap_model.h"
 #include "oaslam/formats/pose_values.h"
 #include "oaslam/formats/table_file.h"
@@ -14,6 +13,7 @@
 #include "oaslam/images/dataset_layouts.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/image_list.h"
+#include "oaslam/util/bad_input.h"
 
 // Of reconstructions, and of apps that scan with a phone.
 namespace oaslam {
@@ -31,7 +31,7 @@ Rigid3 FromOpenGl(const Rigid3& pose) {
 
 json ParseObject(const std::string& path) {
   json root = json::parse(ReadTextFile(path), nullptr, false);
-  if (!root.is_object()) throw InputError(fmt::format("{}: is no JSON object", path));
+  if (!root.is_object()) throw BadInput("{}: is no JSON object", path);
   return root;
 }
 
@@ -47,7 +47,7 @@ std::vector<double> NumbersOf(const json& value, size_t count, const std::string
     for (const json& row : value)
       if (row.is_array()) add(row);
   if (numbers.size() < count)
-    throw InputError(fmt::format("{}: {} numbers, expected {}", place, numbers.size(), count));
+    throw BadInput("{}: {} numbers, expected {}", place, numbers.size(), count);
   return numbers;
 }
 
@@ -93,14 +93,14 @@ std::optional<Dataset> FindNerfstudio(const DatasetFolder& folder) {
   const json root = ParseObject(path);
   const auto frames = root.find("frames");
   if (frames == root.end() || !frames->is_array())
-    throw InputError(fmt::format("{}: key frames is missing, expected a list", path));
+    throw BadInput("{}: key frames is missing, expected a list", path);
   Dataset dataset;
   std::map<std::string, Rigid3> poses;
   for (size_t i = 0; i < frames->size(); ++i) {
     const json& frame = (*frames)[i];
     const std::string place = fmt::format("{}: frames[{}]", path, i);
     if (!frame.is_object() || !frame.contains("file_path") || !frame["file_path"].is_string())
-      throw InputError(fmt::format("{}: key file_path is missing", place));
+      throw BadInput("{}: key file_path is missing", place);
     const std::string image = PathOfFrame(folder, frame["file_path"].get<std::string>());
     dataset.images.push_back({0, image});
     if (const auto matrix = frame.find("transform_matrix"); matrix != frame.end())
@@ -130,7 +130,7 @@ std::optional<Dataset> FindRecord3d(const DatasetFolder& folder) {
   if (const auto fps = root.find("fps"); fps != root.end() && fps->is_number() && !options.fps) {
     options.fps = fps->get<double>();
     if (!(*options.fps > 0 && *options.fps <= 10000))
-      throw InputError(fmt::format("{}: fps: {}, allowed: above 0 to 10000", path, *options.fps));
+      throw BadInput("{}: fps: {}, allowed: above 0 to 10000", path, *options.fps);
   }
   Dataset dataset;
   dataset.images = ListFolder(folder.At("rgbd"), options);

@@ -8,7 +8,6 @@
 #include "oaslam/images/camera_source.h"
 #include "oaslam/images/dataset.h"
 #include "oaslam/images/exif_data.h"
-#include "oaslam/images/image_files.h"
 #include "oaslam/images/video_container.h"
 
 namespace oaslam {

@@ -1,6 +1,5 @@
 #include "oaslam/images/followed_folder.h"
 
-#include <fmt/format.h>
 #include <poll.h>
 #include <sys/inotify.h>
 #include <unistd.h>
@@ -14,10 +13,10 @@
 #include <set>
 #include <utility>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/time_unit.h"
 #include "oaslam/images/bit_depth.h"
 #include "oaslam/images/image_files.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -36,7 +35,7 @@ class FolderWatch {
     if (descriptor_ >= 0 && inotify_add_watch(descriptor_, folder.c_str(), kMask) >= 0) return;
     const std::string why = std::strerror(errno);
     if (descriptor_ >= 0) close(descriptor_);
-    throw InputError(fmt::format("{}: cannot be followed: {}", folder, why));
+    throw BadInput("{}: cannot be followed: {}", folder, why);
   }
   ~FolderWatch() { close(descriptor_); }
   FolderWatch(const FolderWatch&) = delete;
@@ -136,8 +135,8 @@ class FollowedFolder : public ImageSource {
       if (const auto times = TimesOfNames(names, options_.time_unit)) {
         unit_ = times->unit;
         if (!options_.quiet)
-          Log(LogLevel::kInfo, fmt::format("{}: the names of the images are taken as times, in {}",
-                                           folder_, NameOfUnit(*unit_)));
+          Log(LogLevel::kInfo, "{}: the names of the images are taken as times, in {}", folder_,
+              NameOfUnit(*unit_));
       }
     for (const std::string& name : names) Arrive(name);
   }
@@ -148,13 +147,12 @@ class FollowedFolder : public ImageSource {
     if (unit_) {
       const auto times = TimesOfNames({name}, unit_);
       if (!times)
-        return Log(LogLevel::kWarning, fmt::format("{}: its name is no time as those before are, "
-                                                   "passed over",
-                                                   (fs::path(folder_) / name).string()));
+        return Log(LogLevel::kWarning, "{}: its name is no time as those before are, passed over",
+                   (fs::path(folder_) / name).string());
       time = times->seconds.front();
       if (last_time_ && !options_.time_unit)
         if (const std::string problem = ProblemOfSteps({*last_time_, time}); !problem.empty())
-          throw InputError(fmt::format("{}: {}", folder_, problem));
+          throw BadInput("{}: {}", folder_, problem);
       last_time_ = time;
     }
     waiting_.insert({time, name});
@@ -177,7 +175,7 @@ class FollowedFolder : public ImageSource {
     }
     Arrive(images);
     if (changes.is_gone) {
-      Log(LogLevel::kWarning, fmt::format("{}: the folder is gone", folder_));
+      Log(LogLevel::kWarning, "{}: the folder is gone", folder_);
       has_ended_ = true;
     } else if (changes.is_lossy) {
       AddAllImages();
@@ -187,8 +185,8 @@ class FollowedFolder : public ImageSource {
     const double quiet_s = std::chrono::duration<double>(Clock::now() - last_arrival_).count();
     if (!waiting_.empty() || options_.follow->quiet_s == 0 || quiet_s <= options_.follow->quiet_s)
       return true;
-    Log(LogLevel::kInfo, fmt::format("{}: no image for {:g} s, no more are expected", folder_,
-                                     options_.follow->quiet_s));
+    Log(LogLevel::kInfo, "{}: no image for {:g} s, no more are expected", folder_,
+        options_.follow->quiet_s);
     return false;
   }
 

@@ -1,6 +1,5 @@
 #include "oaslam/images/heif_file.h"
 
-#include <fmt/format.h>
 #include <libheif/heif.h>
 
 #include <algorithm>
@@ -9,7 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <string_view>
 
-#include "oaslam/error.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
@@ -77,10 +76,10 @@ cv::Mat DecodeHeif(const std::vector<char>& bytes, bool color, Orientation orien
                                              heif_chroma_interleaved_RGB, options.get());
   const HeifImage image(decoded);
   if (error.code != heif_error_Ok && !HasDecoderFor(bytes))
-    throw InputError(
-        fmt::format("{}: this system has no decoder for it: install libheif's (HEIC: "
-                    "libheif-plugin-libde265, AVIF: libheif-plugin-dav1d), or convert it to JPEG",
-                    path));
+    throw BadInput(
+        "{}: this system has no decoder for it: install libheif's (HEIC: "
+        "libheif-plugin-libde265, AVIF: libheif-plugin-dav1d), or convert it to JPEG",
+        path);
   if (error.code != heif_error_Ok) return {};
   int stride = 0;
   const uint8_t* data =

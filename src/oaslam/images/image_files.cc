@@ -1,7 +1,5 @@
 #include "oaslam/images/image_files.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -9,11 +7,11 @@
 #include <iterator>
 #include <opencv2/imgcodecs.hpp>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/images/bit_depth.h"
 #include "oaslam/images/heif_file.h"
 #include "oaslam/images/sensor_data.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/lower.h"
 
@@ -117,7 +115,7 @@ bool IsHelperFile(const std::string& name) {
 std::vector<std::string> ImageNames(const std::string& folder) {
   std::error_code error;
   fs::directory_iterator entries(folder, error);
-  if (error) throw InputError(fmt::format("{}: {}", folder, error.message()));
+  if (error) throw BadInput("{}: {}", folder, error.message());
   std::vector<std::string> names;
   for (const auto& entry : entries) {
     const std::string name = entry.path().filename().string();
@@ -125,7 +123,7 @@ std::vector<std::string> ImageNames(const std::string& folder) {
     if (MayBeImage(entry.path().string()))
       names.push_back(name);
     else
-      Log(LogLevel::kWarning, fmt::format("{}: is no image, passed over", entry.path().string()));
+      Log(LogLevel::kWarning, "{}: is no image, passed over", entry.path().string());
   }
   std::ranges::sort(names, NaturalLess);
   return names;

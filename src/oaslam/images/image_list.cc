@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <fstream>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/time_unit.h"
 #include "oaslam/formats/unicode.h"
@@ -17,6 +16,7 @@
 #include "oaslam/images/sensor_data.h"
 #include "oaslam/images/video_container.h"
 #include "oaslam/images/video_source.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/lower.h"
 
@@ -86,7 +86,7 @@ void CheckSteps(const std::vector<ListedImage>& images, const std::string& sourc
   std::vector<double> times;
   for (const ListedImage& image : images) times.push_back(image.timestamp);
   if (const std::string problem = ProblemOfSteps(times); !problem.empty())
-    throw InputError(fmt::format("{}: {}", source, problem));
+    throw BadInput("{}: {}", source, problem);
 }
 
 // A folder of nothing but what a sensor measured.
@@ -120,15 +120,13 @@ void CheckPlainFile(const std::string& source) {
   std::error_code error;
   switch (fs::status(source, error).type()) {
     case fs::file_type::regular:
-      if (fs::file_size(source, error) == 0) throw InputError(fmt::format("{}: is empty", source));
+      if (fs::file_size(source, error) == 0) throw BadInput("{}: is empty", source);
       return;
     case fs::file_type::fifo:
     case fs::file_type::socket:
-      throw InputError(
-          fmt::format("{}: is a pipe, which can be read only once; save it as a file", source));
+      throw BadInput("{}: is a pipe, which can be read only once; save it as a file", source);
     default:
-      throw InputError(fmt::format(
-          "{}: is a device, expected a file or a folder; webcam:N is a camera", source));
+      throw BadInput("{}: is a device, expected a file or a folder; webcam:N is a camera", source);
   }
 }
 
@@ -140,14 +138,14 @@ void SetTimes(const std::string& source, const ImageSourceOptions& options,
   for (const ListedImage& image : images) names.push_back(image.path);
   const auto times = TimesOfNames(names, options.time_unit);
   if (options.time_unit && !times)
-    throw InputError(fmt::format("{}: --time-unit: the names of the images are no times", source));
+    throw BadInput("{}: --time-unit: the names of the images are no times", source);
   for (size_t i = 0; times && i < images.size(); ++i) images[i].timestamp = times->seconds[i];
   if (times) {
     std::ranges::stable_sort(images, {}, &ListedImage::timestamp);
     if (!options.time_unit && !options.fps) CheckSteps(images, source);
     if (!options.fps && !options.quiet)
-      Log(LogLevel::kInfo, fmt::format("{}: the names of the images are taken as times, in {}",
-                                       source, NameOfUnit(times->unit)));
+      Log(LogLevel::kInfo, "{}: the names of the images are taken as times, in {}", source,
+          NameOfUnit(times->unit));
     if (!options.fps) return;
   }
   for (size_t i = 0; i < images.size(); ++i)
@@ -180,8 +178,8 @@ std::vector<ListedImage> ReadList(const std::string& path, const ImageSourceOpti
     const ListLine parsed = ParseLine(line);
     if (!with_times && IsHeader(parsed)) continue;
     if (parsed.path.empty() || (with_times && *with_times != parsed.time.has_value()))
-      throw InputError(fmt::format("{}:{}: {}, expected \"{}path\"", path, line_number,
-                                   Quoted(line), with_times.value_or(true) ? "timestamp " : ""));
+      throw BadInput("{}:{}: {}, expected \"{}path\"", path, line_number, Quoted(line),
+                     with_times.value_or(true) ? "timestamp " : "");
     with_times = parsed.time.has_value();
     if (IsHelperFile(BaseName(std::string(parsed.path)))) continue;
     if (HasRawExtension(std::string(parsed.path)))
@@ -200,12 +198,11 @@ std::optional<std::vector<ListedImage>> ListAll(const std::string& source,
   std::error_code error;
   if (!fs::exists(source, error)) {
     if (error == std::errc::too_many_symbolic_link_levels)
-      throw InputError(fmt::format("{}: is a link that leads back to itself", source));
+      throw BadInput("{}: is a link that leads back to itself", source);
     if (fs::is_symlink(source, error))
-      throw InputError(fmt::format("{}: is a link to {}, which is not there", source,
-                                   fs::read_symlink(source, error).string()));
-    throw InputError(
-        fmt::format("{}: there is no such file or folder{}", source, HintForPattern(source)));
+      throw BadInput("{}: is a link to {}, which is not there", source,
+                     fs::read_symlink(source, error).string());
+    throw BadInput("{}: there is no such file or folder{}", source, HintForPattern(source));
   }
   if (auto dataset = FindDataset(source, options)) {
     if (!dataset->film.empty()) return std::nullopt;

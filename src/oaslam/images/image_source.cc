@@ -1,12 +1,9 @@
 #include "oaslam/image_source.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <vector>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/images/bit_depth.h"
 #include "oaslam/images/camera_source.h"
@@ -15,6 +12,7 @@
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/image_list.h"
 #include "oaslam/images/video_source.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/lower.h"
 
 namespace oaslam {
@@ -65,15 +63,13 @@ class ListSource : public ImageSource {
 };
 
 void CheckOptions(const ImageSourceOptions& options) {
-  if (options.from < 0)
-    throw InputError(fmt::format("--from {}: allowed: 0 and above", options.from));
+  if (options.from < 0) throw BadInput("--from {}: allowed: 0 and above", options.from);
   if (options.to >= 0 && options.to <= options.from)
-    throw InputError(fmt::format("--to {}: allowed: above --from {}", options.to, options.from));
+    throw BadInput("--to {}: allowed: above --from {}", options.to, options.from);
   if (options.follow && !(options.follow->quiet_s >= 0 && options.follow->quiet_s <= 1e6))
-    throw InputError(
-        fmt::format("--follow {}: allowed: 0 to 1e6 seconds", options.follow->quiet_s));
+    throw BadInput("--follow {}: allowed: 0 to 1e6 seconds", options.follow->quiet_s);
   if (options.fps && !(*options.fps > 0 && *options.fps <= 10000))
-    throw InputError(fmt::format("--fps {}: allowed: above 0 to 10000", *options.fps));
+    throw BadInput("--fps {}: allowed: above 0 to 10000", *options.fps);
 }
 
 // All images of a source that is no video and no camera, of which the range has some.
@@ -87,12 +83,10 @@ std::optional<std::vector<ListedImage>> ListChecked(const std::string& source,
     std::error_code error;
     const std::string below =
         fs::is_directory(source, error) ? FolderOfImagesBelow(source) : std::string();
-    throw InputError(fmt::format("{}: no images{}", source,
-                                 below.empty() ? "" : "; there are some in " + below));
+    throw BadInput("{}: no images{}", source, below.empty() ? "" : "; there are some in " + below);
   }
   if (options.from >= static_cast<int>(images->size()))
-    throw InputError(
-        fmt::format("--from {}: {} has {} images", options.from, source, images->size()));
+    throw BadInput("--from {}: {} has {} images", options.from, source, images->size());
   return images;
 }
 
@@ -112,18 +106,17 @@ std::unique_ptr<ImageSource> OpenImages(const std::string& source,
   CheckOptions(options);
   if ((options.follow || IsCamera(source)) && !options.dataset.empty() &&
       Lower(options.dataset) != "none")
-    throw InputError(fmt::format("--dataset {}: not with --follow or a camera", options.dataset));
+    throw BadInput("--dataset {}: not with --follow or a camera", options.dataset);
   std::error_code error;
   if (options.follow && (IsCamera(source) || !fs::is_directory(source, error) ||
                          fs::exists(fs::path(source) / "rgb.txt", error)))
-    throw InputError(
-        fmt::format("{}: --follow asks for a folder of images (without rgb.txt)", source));
+    throw BadInput("{}: --follow asks for a folder of images (without rgb.txt)", source);
   if (IsCamera(source)) return OpenStream(source, options);
   if (options.follow) return FollowFolder(source, options);
   if (auto images = ListChecked(source, options))
     return std::make_unique<ListSource>(source, std::move(*images), options);
   if (options.time_unit)
-    throw InputError(fmt::format("{}: --time-unit: a video tells the unit of its times", source));
+    throw BadInput("{}: --time-unit: a video tells the unit of its times", source);
   return OpenVideo(FilmOf(source, options), options);
 }
 

@@ -16,7 +16,7 @@ extern "C" {
 #include <libavutil/log.h>
 }
 
-#include "oaslam/error.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
@@ -173,19 +173,16 @@ int SpreadEqualTimes(std::vector<double>& ascending) {
 VideoContainer ReadVideoContainer(const std::string& path) {
   const Input input = Open(path);
   AVStream* stream = input ? VideoStream(*input) : nullptr;
-  if (!stream)
-    throw InputError(
-        fmt::format("{}: neither a list of images nor a video that can be opened", path));
+  if (!stream) throw BadInput("{}: neither a list of images nor a video that can be opened", path);
   if (stream->disposition & AV_DISPOSITION_ATTACHED_PIC)
-    throw InputError(fmt::format(
+    throw BadInput(
         "{}: its first video stream is a cover picture; ffmpeg -i FILE -map 0:V -c copy NEW.mp4 "
         "takes the film out, if there is one",
-        path));
+        path);
   VideoContainer container;
   container.codec = avcodec_get_name(stream->codecpar->codec_id);
   if (!avcodec_find_decoder(stream->codecpar->codec_id))
-    throw InputError(
-        fmt::format("{}: there is no decoder for its video ({})", path, container.codec));
+    throw BadInput("{}: there is no decoder for its video ({})", path, container.codec);
   const Packets packets = ReadPackets(*input, stream->index);
   container.images = packets.shown;
   if (stream->nb_frames > packets.hidden)

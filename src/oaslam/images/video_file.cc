@@ -12,8 +12,8 @@
 #include <opencv2/videoio/registry.hpp>
 #include <utility>
 
-#include "oaslam/error.h"
 #include "oaslam/images/quiet_opencv.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/check.h"
 #include "oaslam/util/median.h"
 
@@ -61,14 +61,14 @@ VideoFile::VideoFile(const std::string& path)
       written_path_(fmt::format("{}.{}.tmp.mp4", fs::absolute(path).string(), getpid())),
       leftover_(written_path_) {
   if (fs::path(path).extension() != ".mp4")
-    throw InputError(fmt::format("{}: not a video that can be written; allowed: .mp4", path));
+    throw BadInput("{}: not a video that can be written; allowed: .mp4", path);
   std::error_code error;
   const fs::path folder = fs::path(path).parent_path();
   if (!folder.empty() && !fs::is_directory(folder, error))
-    throw InputError(fmt::format("{}: there is no folder {}", path, folder.string()));
-  if (fs::is_directory(path, error)) throw InputError(fmt::format("{}: is a folder", path));
+    throw BadInput("{}: there is no folder {}", path, folder.string());
+  if (fs::is_directory(path, error)) throw BadInput("{}: is a folder", path);
   if (!std::ofstream(written_path_, std::ios::binary))
-    throw InputError(fmt::format("{}: cannot be written", path));
+    throw BadInput("{}: cannot be written", path);
   fs::remove(written_path_, error);
 }
 
@@ -92,7 +92,7 @@ void VideoFile::Open() {
     for (const cv::Mat& picture : std::exchange(first_, {})) Write(picture);
     return;
   }
-  throw InputError(fmt::format("{}: cannot be written: OpenCV has no encoder for it", path_));
+  throw BadInput("{}: cannot be written: OpenCV has no encoder for it", path_);
 }
 
 void VideoFile::Write(const cv::Mat& picture) {
@@ -120,7 +120,7 @@ void VideoFile::Finish() {
   if (is_whole) fs::rename(written_path_, path_, error);
   if (is_whole && !error) return;
   fs::remove(written_path_, error);
-  throw InputError(fmt::format("{}: could not be written whole", path_));
+  throw BadInput("{}: could not be written whole", path_);
 }
 
 }  // namespace oaslam

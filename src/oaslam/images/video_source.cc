@@ -11,8 +11,8 @@
 #include <optional>
 #include <vector>
 
-#include "oaslam/error.h"
 #include "oaslam/images/video_container.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -49,12 +49,12 @@ class VideoSource : public ImageSource {
   VideoSource(const std::string& path, const ImageSourceOptions& options)
       : path_(path), options_(options), container_(ReadVideoContainer(path)) {
     const int images = container_.images;
-    if (images == 0) throw InputError(fmt::format("{}: no image in it, damaged?", path));
+    if (images == 0) throw BadInput("{}: no image in it, damaged?", path);
     if (options.from >= images)
-      throw InputError(fmt::format("--from {}: {} has {} frames", options.from, path, images));
+      throw BadInput("--from {}: {} has {} frames", options.from, path, images);
     // Of a relative path, a colon may end the name of a protocol.
     if (!capture_.open(std::filesystem::absolute(path).string(), Backend()))
-      throw InputError(fmt::format("{}: cannot be decoded ({})", path, container_.codec));
+      throw BadInput("{}: cannot be decoded ({})", path, container_.codec);
     // Rotation is done here, by the container's value: OpenCV 4.6 rotates by 90 degrees in the
     // wrong direction.
     capture_.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
@@ -88,7 +88,6 @@ class VideoSource : public ImageSource {
 
  private:
   void Warn() const {
-    if (options_.quiet) return;
     const auto warn = [this](const std::string& what) {
       Log(LogLevel::kWarning, path_ + ": " + what);
     };
@@ -100,10 +99,9 @@ class VideoSource : public ImageSource {
       warn(fmt::format("ends after {} of {} images, damaged?", images, announced));
     if (const double ratio = container_.pixel_ratio; std::abs(ratio - 1) > 1e-3)
       Log(LogLevel::kInfo,
-          fmt::format(
-              "{}: its pixels are {:.4g} times as wide as high; images are stretched to square "
-              "ones, as players show them, and calibration and boxes are of these",
-              path_, ratio));
+          "{}: its pixels are {:.4g} times as wide as high; images are stretched to square "
+          "ones, as players show them, and calibration and boxes are of these",
+          path_, ratio);
     if (const double ratio = container_.odd_pixel_ratio; ratio != 1)
       warn(fmt::format("pixels {:.4g} times as wide as high are not believed; taken as square",
                        ratio));
@@ -132,12 +130,11 @@ class VideoSource : public ImageSource {
 
   std::optional<InputImage> End() {
     if (index_ == 0)
-      throw InputError(
-          fmt::format("{}: not one of its images can be decoded ({})", path_, container_.codec));
+      throw BadInput("{}: not one of its images can be decoded ({})", path_, container_.codec);
     const int missing = container_.images - index_;
     if (missing > 0)
-      Log(LogLevel::kWarning, fmt::format("{}: {} of {} images could not be decoded", path_,
-                                          missing, container_.images));
+      Log(LogLevel::kWarning, "{}: {} of {} images could not be decoded", path_, missing,
+          container_.images);
     options_.to = index_;
     return std::nullopt;
   }

@@ -7,9 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "oaslam/detection/model_folders.h"
-#include "oaslam/error.h"
 #include "oaslam/formats/text.h"
-#include "oaslam/models/catalogue_text.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
@@ -54,7 +53,7 @@ class EntryReader {
 
  private:
   [[noreturn]] void Refuse(const char* key, const std::string& expected) const {
-    throw InputError(fmt::format("{}.{}: expected {}", place_, key, expected));
+    throw BadInput("{}.{}: expected {}", place_, key, expected);
   }
 
   const nlohmann::json& json_;
@@ -91,7 +90,7 @@ std::vector<PublishedModel> ParseModelCatalogue(const std::string& text,
     const std::string place = fmt::format("{}: models[{}]", source, catalogue.size());
     PublishedModel model = ReadEntry(entry, place);
     if (FindPublished(catalogue, model.name) != nullptr)
-      throw InputError(fmt::format("{}.name: {} is there twice", place, model.name));
+      throw BadInput("{}.name: {} is there twice", place, model.name);
     catalogue.push_back(std::move(model));
   }
   return catalogue;
@@ -105,8 +104,7 @@ std::vector<PublishedModel> ModelCatalogue() {
   if (const char* mirror = Environment("OASLAM_MODELS_URL")) {
     std::string base = mirror;
     if (!IsWebAddress(base))
-      throw InputError(
-          fmt::format("OASLAM_MODELS_URL: {}: expected https://... or http://...", base));
+      throw BadInput("OASLAM_MODELS_URL: {}: expected https://... or http://...", base);
     while (base.ends_with('/')) base.pop_back();
     for (PublishedModel& model : catalogue)
       model.url = base + model.url.substr(model.url.rfind('/'));

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace oaslam {
@@ -32,5 +33,8 @@ const PublishedModel* FindPublished(const std::vector<PublishedModel>& catalogue
 
 // "3.7 MB".
 std::string SizeText(int64_t bytes);
+
+// data/models.json.
+std::string_view ModelCatalogueText();
 
 }  // namespace oaslam

@@ -1,17 +1,14 @@
 #include "oaslam/models/catalogue.h"
 
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <stdlib.h>
 
 #include <map>
-#include <string>
 
 #include "expect_input_error.h"
 #include "oaslam/crypto/sha256.h"
 #include "oaslam/detection/model_folders.h"
-#include "oaslam/models/download.h"
+#include "oaslam/util/uri.h"
 
 namespace oaslam {
 namespace {
@@ -50,7 +47,7 @@ TEST(Catalogue, AMirrorReplacesTheFolders) {
   setenv("OASLAM_MODELS_URL", "http://10.0.0.1/models//", 1);
   EXPECT_EQ(ModelCatalogue().front().url, "http://10.0.0.1/models/yolox_nano.onnx");
   setenv("OASLAM_MODELS_URL", "file:///models", 1);
-  EXPECT_THAT(InputErrorOf([] { ModelCatalogue(); }), ::testing::HasSubstr("file:///models"));
+  EXPECT_INPUT_ERROR(ModelCatalogue(), HasSubstr("file:///models"));
   unsetenv("OASLAM_MODELS_URL");
 }
 
@@ -67,12 +64,11 @@ TEST(Catalogue, MistakesAreNamed) {
                                                                      {"sha256", "\"00\""},
                                                                      {"url", "\"ftp://a/b\""}})
     EXPECT_THAT(error_of(Entry(key, value)),
-                ::testing::StartsWith("c.json: models[0]." + key + ": expected "));
-  EXPECT_THAT(error_of(Entry("bytes", "1e9")), ::testing::HasSubstr(".bytes: expected"));
+                StartsWith("c.json: models[0]." + key + ": expected "));
+  EXPECT_THAT(error_of(Entry("bytes", "1e9")), HasSubstr(".bytes: expected"));
   for (const char* text : {"", "[]", "{}", R"({"models": 1})"})
-    EXPECT_THAT(error_of(text), ::testing::HasSubstr("c.json: expected JSON"));
-  EXPECT_THAT(error_of(R"({"models": [1]})"),
-              ::testing::HasSubstr("models[0]: expected an object"));
+    EXPECT_THAT(error_of(text), HasSubstr("c.json: expected JSON"));
+  EXPECT_THAT(error_of(R"({"models": [1]})"), HasSubstr("models[0]: expected an object"));
 }
 
 TEST(Digest, IsThatOfTheStandard) {  // FIPS 180-4, its example "abc"

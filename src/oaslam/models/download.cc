@@ -11,7 +11,7 @@
 #include <optional>
 #include <thread>
 
-#include "oaslam/error.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
@@ -120,10 +120,9 @@ class Attempt {
   void BeginAnswer() {
     const long status = Status();
     if (status != kOk && status != kPartialContent)
-      throw InputError(fmt::format("the server answers with status {}", status));
+      throw BadInput("the server answers with status {}", status);
     if (const auto size = OfferedSize(); size && *size != bytes_)
-      throw InputError(fmt::format("the server has a file of {} bytes, the published one has {}",
-                                   *size, bytes_));
+      throw BadInput("the server has a file of {} bytes, the published one has {}", *size, bytes_);
     if (status == kOk) part_.Clear();  // it knows no ranges
     is_begun_ = true;
   }
@@ -132,8 +131,7 @@ class Attempt {
     if (!is_begun_) BeginAnswer();
     if (part_.size() + static_cast<int64_t>(count) > bytes_) {
       part_.Clear();
-      throw InputError(
-          fmt::format("the server sends more than the {} bytes of the published file", bytes_));
+      throw BadInput("the server sends more than the {} bytes of the published file", bytes_);
     }
     part_.Append(bytes, count);
   }
@@ -187,12 +185,12 @@ bool DownloadRest(const std::string& url, int64_t bytes, PartFile& part,
     if (!attempt.Run()) return false;
     if (part.size() == bytes || attempt.problem().empty()) continue;
     if (part.size() <= before || attempts >= kMostAttempts)
-      throw InputError(fmt::format(
+      throw BadInput(
           "{}; {}", attempt.problem(),
           part.size() > 0
               ? fmt::format("{} of {} bytes are here, and the same command goes on from there",
                             part.size(), bytes)
-              : "nothing was fetched; `oaslam models add FILE` takes a file from elsewhere"));
+              : "nothing was fetched; `oaslam models add FILE` takes a file from elsewhere");
     if (!Pause(part, options)) return false;
   }
   return true;
@@ -205,7 +203,7 @@ bool Download(const std::string& url, int64_t bytes, PartFile& part,
   try {
     return DownloadRest(url, bytes, part, options);
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: {}", WithoutPassword(url), error.what()));
+    throw BadInput("{}: {}", WithoutPassword(url), error.what());
   }
 }
 

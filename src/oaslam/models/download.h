@@ -5,7 +5,7 @@
 #include <string>
 
 #include "oaslam/models/part_file.h"
-#include "oaslam/util/url.h"
+#include "oaslam/util/uri.h"
 
 namespace oaslam {
 

@@ -1,16 +1,14 @@
 #include "oaslam/models/model_store.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <memory>
 
 #include "oaslam/crypto/sha256.h"
 #include "oaslam/detection/model_folders.h"
 #include "oaslam/detection/onnx_info.h"
-#include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/models/part_file.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
@@ -20,8 +18,7 @@ namespace fs = std::filesystem;
 void CreateFolder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error)
-    throw InputError(fmt::format("{}: cannot be created: {}", folder.string(), error.message()));
+  if (error) throw BadInput("{}: cannot be created: {}", folder.string(), error.message());
 }
 
 // Whether the file is there with this digest. Throws InputError if another file is there that is
@@ -32,8 +29,8 @@ bool IsThere(const fs::path& path, const std::string& sha256, bool replace) {
   const std::string found = Sha256Of(ReadTextFile(path.string()));
   if (found == sha256) return true;
   if (!replace)
-    throw InputError(fmt::format("{}: another file is there (SHA-256 {}); --force replaces it",
-                                 path.string(), found));
+    throw BadInput("{}: another file is there (SHA-256 {}); --force replaces it", path.string(),
+                   found);
   return false;
 }
 
@@ -47,9 +44,9 @@ bool FetchPart(const PublishedModel& model, PartFile& part, const DownloadOption
     part.Clear();
     // What was here before may be to blame.
     if (!is_continued)
-      throw InputError(fmt::format(
+      throw BadInput(
           "{}: not the published {}, and not kept: its SHA-256 is {}, that of the catalogue {}",
-          WithoutPassword(model.url), model.name, found, model.sha256));
+          WithoutPassword(model.url), model.name, found, model.sha256);
   }
 }
 
@@ -77,20 +74,20 @@ fs::path AddModel(const fs::path& file, std::string name, const fs::path& folder
                   const std::vector<PublishedModel>& catalogue) {
   const std::string bytes = ReadTextFile(file.string());
   if (!ParseOnnxInfo(bytes))
-    throw InputError(fmt::format("{}: not an ONNX file, or a damaged one", file.string()));
+    throw BadInput("{}: not an ONNX file, or a damaged one", file.string());
   const std::string sha256 = Sha256Of(bytes);
   const auto known = std::ranges::find(catalogue, sha256, &PublishedModel::sha256);
   if (name.empty()) name = known != catalogue.end() ? known->name : file.stem().string();
   if (!IsModelName(name))
-    throw InputError(fmt::format(
+    throw BadInput(
         "{}: {} cannot be the name of a detector (letters, digits and .-_): --name gives another",
-        file.string(), name));
+        file.string(), name);
   if (const PublishedModel* published = FindPublished(catalogue, name);
       published != nullptr && published->sha256 != sha256)
-    throw InputError(
-        fmt::format("{}: not the published {}: its SHA-256 is {}, that of the catalogue {}; --name "
-                    "gives it another name",
-                    file.string(), name, sha256, published->sha256));
+    throw BadInput(
+        "{}: not the published {}: its SHA-256 is {}, that of the catalogue {}; --name "
+        "gives it another name",
+        file.string(), name, sha256, published->sha256);
   const fs::path path = folder / FileOfModel(name);
   if (IsThere(path, sha256, replace)) return path;
   CreateFolder(folder);

@@ -1,7 +1,6 @@
 #include "oaslam/models/part_file.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -13,13 +12,13 @@
 #include <thread>
 #include <utility>
 
-#include "oaslam/error.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
 
 [[noreturn]] void Refuse(const std::string& path, const char* problem, int error) {
-  throw InputError(fmt::format("{}: {}: {}", path, problem, std::strerror(error)));
+  throw BadInput("{}: {}: {}", path, problem, std::strerror(error));
 }
 
 // Returns false if `keep_waiting` does. File systems without locks are used without.

@@ -339,8 +339,7 @@ class Refusing : public std::enable_shared_from_this<Refusing> {
   void Run() {
     static constexpr std::string_view kAnswer =
         "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nContent-Type: "
-        "text/plain\r\nRetry-After: "
-        "1\r\nContent-Length: 21\r\n\r\ntoo many connections\n";
+        "text/plain\r\nRetry-After: 1\r\nContent-Length: 21\r\n\r\ntoo many connections\n";
     stream_.expires_after(std::chrono::seconds(2));
     if (core_->tls) return;  // an answer would need a handshake first
     asio::async_write(stream_, asio::buffer(kAnswer.data(), kAnswer.size()),

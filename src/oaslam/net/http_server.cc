@@ -7,9 +7,9 @@
 #include <boost/asio/steady_timer.hpp>
 #include <utility>
 
-#include "oaslam/error.h"
 #include "oaslam/net/http_connection.h"
 #include "oaslam/net/tls.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -22,8 +22,8 @@ boost::asio::ip::address AddressOf(const ServerOptions& options) {
   const auto address = boost::asio::ip::make_address(
       options.address == "localhost" ? "127.0.0.1" : options.address, error);
   if (error)
-    throw InputError(fmt::format(
-        "--bind {}: expected an address, such as 127.0.0.1, 0.0.0.0 or ::1", options.address));
+    throw BadInput("--bind {}: expected an address, such as 127.0.0.1, 0.0.0.0 or ::1",
+                   options.address);
   return address;
 }
 
@@ -41,10 +41,10 @@ void CheckSafety(const ServerOptions& options) {
   if (options.token_file.empty())
     missing += std::string(missing.empty() ? "" : " and ") + "tokens (--token-file)";
   if (missing.empty()) return;
-  throw InputError(fmt::format(
+  throw BadInput(
       "--bind {}: others than this machine could reach {}, which needs {}; --insecure does "
       "without, for networks that you trust",
-      options.address, options.what, missing));
+      options.address, options.what, missing);
 }
 
 void CheckServer(const ServerOptions& options) {
@@ -58,7 +58,7 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
        std::shared_ptr<HttpService> service)
       : acceptor_(io), timer_(io), core_(std::make_shared<ServerCore>()) {
     if (options.port < 0 || options.port > 65535)
-      throw InputError(fmt::format("port {}: allowed: 0 to 65535", options.port));
+      throw BadInput("port {}: allowed: 0 to 65535", options.port);
     CheckSafety(options);
     core_->options = options;
     core_->service = std::move(service);
@@ -123,10 +123,10 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
     acceptor_.bind(endpoint, error);
     if (!error) acceptor_.listen(boost::asio::socket_base::max_listen_connections, error);
     if (error)
-      throw InputError(fmt::format(
+      throw BadInput(
           "{} cannot listen at {} port {}: {}{}", core_->options.what, core_->options.address,
           core_->options.port, error.message(),
-          error == boost::asio::error::address_in_use ? "; port 0 takes one that is free" : ""));
+          error == boost::asio::error::address_in_use ? "; port 0 takes one that is free" : "");
   }
 
   // There are no file descriptors left: closes an idle connection, and accepts again in a moment.

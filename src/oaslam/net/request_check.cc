@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <boost/beast/http/rfc7230.hpp>
 #include <string_view>
-#include <utility>
 
 #include "oaslam/net/host_policy.h"
-#include "oaslam/util/percent.h"
+#include "oaslam/util/uri.h"
 
 namespace oaslam {
 namespace {

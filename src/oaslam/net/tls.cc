@@ -10,9 +10,8 @@
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/host_name.hpp>
 #include <cstdint>
-#include <cstring>
 
-#include "oaslam/error.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {
@@ -78,17 +77,15 @@ void UseSelfSigned(const ServerOptions& options, ssl::context& tls) {
 void UseFiles(const ServerOptions& options, ssl::context& tls) {
   boost::system::error_code error;
   tls.use_certificate_chain_file(options.tls_cert, error);
-  if (error)
-    throw InputError(
-        fmt::format("{}: no certificate in PEM: {}", options.tls_cert, error.message()));
+  if (error) throw BadInput("{}: no certificate in PEM: {}", options.tls_cert, error.message());
   // Without this, OpenSSL would ask the terminal for the password of an encrypted key.
   tls.set_password_callback([](size_t, ssl::context::password_purpose) { return std::string(); });
   tls.use_private_key_file(options.tls_key, ssl::context::pem, error);
   if (error)
-    throw InputError(fmt::format("{}: no key of {} in PEM: {}", options.tls_key, options.tls_cert,
-                                 error.message()));
+    throw BadInput("{}: no key of {} in PEM: {}", options.tls_key, options.tls_cert,
+                   error.message());
   if (SSL_CTX_check_private_key(tls.native_handle()) != 1)
-    throw InputError(fmt::format("{}: is not the key of {}", options.tls_key, options.tls_cert));
+    throw BadInput("{}: is not the key of {}", options.tls_key, options.tls_cert);
 }
 
 }  // namespace

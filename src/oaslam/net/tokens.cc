@@ -10,7 +10,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "oaslam/error.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -45,7 +45,7 @@ Tokens Tokens::Load(const std::string& path) {
     std::string kind, token, rest;
     if (!(fields >> kind)) continue;
     const auto refuse = [&](const std::string& problem) {
-      throw InputError(fmt::format("{}:{}: {}", path, number, problem));
+      throw BadInput("{}:{}: {}", path, number, problem);
     };
     if (kind != "read" && kind != "write")
       refuse(fmt::format("\"{}\", expected: read TOKEN or write TOKEN", kind));

@@ -1,16 +1,9 @@
-#include "oaslam/service/camera_page.h"
-
-#include <gmock/gmock.h>
-
+#include "matchers.h"
 #include "oaslam/net/gzipped.h"
+#include "oaslam/service/documents.h"
 
 namespace oaslam {
 namespace {
-
-using testing::EndsWith;
-using testing::HasSubstr;
-using testing::Not;
-using testing::StartsWith;
 
 TEST(CameraPage, IsOneWholeDocumentWithoutReferences) {
   const std::string page = Gunzip(CameraPage());

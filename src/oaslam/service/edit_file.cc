@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "oaslam/error.h"
-#include "oaslam/service/anchor_edit.h"
+#include "oaslam/service/map_store.h"
 #include "oaslam/storage/map_rows.h"
 
 namespace oaslam {

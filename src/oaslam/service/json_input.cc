@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "oaslam/error.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 
@@ -14,14 +14,13 @@ nlohmann::json ParseJson(std::string_view text, const std::string& what) {
   // protocol is nested more than ten deep.
   constexpr int kDeepest = 32;
   const auto check_depth = [&](int depth, nlohmann::json::parse_event_t, const nlohmann::json&) {
-    if (depth > kDeepest)
-      throw InputError(fmt::format("{}: is nested more than {} deep", what, kDeepest));
+    if (depth > kDeepest) throw BadInput("{}: is nested more than {} deep", what, kDeepest);
     return true;
   };
   try {
     return nlohmann::json::parse(text, check_depth);
   } catch (const nlohmann::json::parse_error& error) {
-    throw InputError(fmt::format("{}: is no JSON, as character {} shows", what, error.byte));
+    throw BadInput("{}: is no JSON, as character {} shows", what, error.byte);
   } catch (const nlohmann::json::exception&) {
     throw InputError(what + ": has a number that is out of range");
   }

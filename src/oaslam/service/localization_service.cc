@@ -3,23 +3,19 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <utility>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/net/gzipped.h"
-#include "oaslam/service/camera_page.h"
+#include "oaslam/service/documents.h"
 #include "oaslam/service/localize.h"
-#include "oaslam/service/openapi.h"
-#include "oaslam/service/record_session.h"
 #include "oaslam/service/route.h"
 #include "oaslam/service/service_state.h"
-#include "oaslam/service/track_session.h"
+#include "oaslam/service/stream_session.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
-#include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
 namespace {
@@ -101,36 +97,13 @@ int64_t SinceOf(const HttpRequest& request) {
   if (found == request.query.end()) return 0;
   const std::optional<double> number = ParseNumber(found->second);
   if (!number || !(*number >= 0 && *number < 9e15))
-    throw InputError(fmt::format("since: \"{}\", expected a version", found->second));
+    throw BadInput("since: \"{}\", expected a version", found->second);
   return static_cast<int64_t>(*number);
 }
 
 }  // namespace
 
-class LocalizationService::Impl {
- public:
-  Impl(ServiceOptions options, boost::asio::any_io_executor executor)
-      : state_(std::make_shared<ServiceState>(std::move(options), std::move(executor))) {}
-
-  void Handle(HttpRequest request, Reply reply);
-  BodyPlan PlanBody(const HttpRequest& head);
-  std::shared_ptr<WebSocketHandler> Upgrade(const HttpRequest& request);
-  void Finish() { state_->workers.Finish(); }
-
- private:
-  HttpAnswer AnswerAtOnce(const Target& target, const HttpRequest& request);
-  HttpAnswer Work(const Target& target, HttpRequest& request);
-  HttpAnswer Do(const Target& target, HttpRequest& request);
-  std::shared_ptr<const ServedMap> MapOf(const Target& target);
-  HttpAnswer DescribeMap(const ServedMap& map);
-  HttpAnswer PutMap(const std::string& name, const std::string& file);
-  HttpAnswer AnswerModel(const std::string& path);
-  HttpAnswer AnswerAnchor(const ServedMap& map, const AnchorOutcome& outcome);
-
-  std::shared_ptr<ServiceState> state_;
-};
-
-LocalizationService::BodyPlan LocalizationService::Impl::PlanBody(const HttpRequest& head) {
+LocalizationService::BodyPlan LocalizationService::PlanBody(const HttpRequest& head) {
   // Of JSON with an edit; of 16 images of 4 MB; of a map that just fits into the memory that is
   // allowed by default.
   constexpr uint64_t kSmall = 64 << 10, kImages = 64 << 20, kMap = uint64_t{2} << 30;
@@ -144,8 +117,7 @@ LocalizationService::BodyPlan LocalizationService::Impl::PlanBody(const HttpRequ
 }
 
 // Answers that need neither the store nor a worker.
-HttpAnswer LocalizationService::Impl::AnswerAtOnce(const Target& target,
-                                                   const HttpRequest& request) {
+HttpAnswer LocalizationService::AnswerAtOnce(const Target& target, const HttpRequest& request) {
   HttpAnswer answer;
   switch (target.route) {
     case Route::kHealth:
@@ -171,7 +143,7 @@ HttpAnswer LocalizationService::Impl::AnswerAtOnce(const Target& target,
   }
 }
 
-HttpAnswer LocalizationService::Impl::AnswerModel(const std::string& path) {
+HttpAnswer LocalizationService::AnswerModel(const std::string& path) {
   const auto found = state_->options.models->Find(path);
   if (!found) return Refuse(status::not_found, "there is no such model");
   HttpAnswer answer;
@@ -181,13 +153,13 @@ HttpAnswer LocalizationService::Impl::AnswerModel(const std::string& path) {
   return answer;
 }
 
-std::shared_ptr<const ServedMap> LocalizationService::Impl::MapOf(const Target& target) {
+std::shared_ptr<const ServedMap> LocalizationService::MapOf(const Target& target) {
   auto map = state_->shelf.Get(target.map);
   if (!map) throw Refusal{status::not_found, fmt::format("there is no map \"{}\"", target.map)};
   return map;
 }
 
-HttpAnswer LocalizationService::Impl::DescribeMap(const ServedMap& map) {
+HttpAnswer LocalizationService::DescribeMap(const ServedMap& map) {
   const Map& content = map.saved().map;
   const auto edits = state_->shelf.Edits(map.stored.name);
   Json json = JsonOfStored(map.stored);
@@ -201,7 +173,7 @@ HttpAnswer LocalizationService::Impl::DescribeMap(const ServedMap& map) {
   return Answer(json);
 }
 
-HttpAnswer LocalizationService::Impl::PutMap(const std::string& name, const std::string& file) {
+HttpAnswer LocalizationService::PutMap(const std::string& name, const std::string& file) {
   CheckMapName(name);
   try {
     const size_t bytes = BytesInMemory(LoadMap(file)), most = state_->shelf.memory_bytes();
@@ -220,8 +192,7 @@ HttpAnswer LocalizationService::Impl::PutMap(const std::string& name, const std:
   return Answer(JsonOfStored(stored), is_new ? status::created : status::ok);
 }
 
-HttpAnswer LocalizationService::Impl::AnswerAnchor(const ServedMap& map,
-                                                   const AnchorOutcome& outcome) {
+HttpAnswer LocalizationService::AnswerAnchor(const ServedMap& map, const AnchorOutcome& outcome) {
   const auto code = static_cast<status>(outcome.status);
   if (!outcome.problem.empty()) return Refuse(code, outcome.problem);
   const Json all = JsonOfAnchors(map, *state_->shelf.Edits(map.stored.name), 0);
@@ -230,7 +201,7 @@ HttpAnswer LocalizationService::Impl::AnswerAnchor(const ServedMap& map,
   return Answer({{"name", outcome.name}}, code);  // it was removed, perhaps by another meanwhile
 }
 
-HttpAnswer LocalizationService::Impl::Do(const Target& target, HttpRequest& request) {
+HttpAnswer LocalizationService::Do(const Target& target, HttpRequest& request) {
   ServiceState& state = *state_;
   switch (target.route) {
     case Route::kMaps: {
@@ -276,7 +247,7 @@ HttpAnswer LocalizationService::Impl::Do(const Target& target, HttpRequest& requ
 }
 
 // On a worker: every problem becomes an answer.
-HttpAnswer LocalizationService::Impl::Work(const Target& target, HttpRequest& request) {
+HttpAnswer LocalizationService::Work(const Target& target, HttpRequest& request) {
   try {
     return Do(target, request);
   } catch (const Refusal& refusal) {
@@ -290,12 +261,12 @@ HttpAnswer LocalizationService::Impl::Work(const Target& target, HttpRequest& re
   } catch (const std::bad_alloc&) {
     return Refuse(status::service_unavailable, "out of memory");
   } catch (const std::exception& error) {
-    Log(LogLevel::kWarning, fmt::format("{}: {}", request.path, error.what()));
+    Log(LogLevel::kWarning, "{}: {}", request.path, error.what());
     return Refuse(status::internal_server_error, "internal error");
   }
 }
 
-void LocalizationService::Impl::Handle(HttpRequest request, Reply reply) {
+void LocalizationService::Handle(HttpRequest request, Reply reply) {
   const Target target = TargetOf(request.path);
   const auto finish = [state = state_, target](const Reply& to, HttpAnswer answer) {
     state->metrics.Count("oaslam_requests_total",
@@ -325,7 +296,7 @@ void LocalizationService::Impl::Handle(HttpRequest request, Reply reply) {
   finish(reply, Refuse(status::service_unavailable, "too many requests wait"));
 }
 
-std::shared_ptr<WebSocketHandler> LocalizationService::Impl::Upgrade(const HttpRequest& request) {
+std::shared_ptr<WebSocketHandler> LocalizationService::Upgrade(const HttpRequest& request) {
   const Target target = TargetOf(request.path);
   const bool may_write = request.caller.access == Access::kWrite;
   if (target.route == Route::kTrack)
@@ -338,25 +309,12 @@ std::shared_ptr<WebSocketHandler> LocalizationService::Impl::Upgrade(const HttpR
 
 LocalizationService::LocalizationService(ServiceOptions options,
                                          boost::asio::any_io_executor executor)
-    : impl_(std::make_unique<Impl>(std::move(options), std::move(executor))) {}
-LocalizationService::~LocalizationService() = default;
+    : state_(std::make_shared<ServiceState>(std::move(options), std::move(executor))) {}
 
-void LocalizationService::Finish() { impl_->Finish(); }
+void LocalizationService::Finish() { state_->workers.Finish(); }
 
 Access LocalizationService::AccessFor(const HttpRequest& head) const {
   return AccessOf(TargetOf(head.path).route, head.method);
-}
-
-LocalizationService::BodyPlan LocalizationService::PlanBody(const HttpRequest& head) {
-  return impl_->PlanBody(head);
-}
-
-void LocalizationService::Handle(HttpRequest request, Reply reply) {
-  impl_->Handle(std::move(request), std::move(reply));
-}
-
-std::shared_ptr<WebSocketHandler> LocalizationService::Upgrade(const HttpRequest& request) {
-  return impl_->Upgrade(request);
 }
 
 }  // namespace oaslam

@@ -4,7 +4,6 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "oaslam/class_names.h"
 #include "oaslam/config.h"
@@ -14,6 +13,11 @@
 #include "oaslam/service/map_store.h"
 
 namespace oaslam {
+
+struct AnchorOutcome;
+struct ServedMap;
+struct ServiceState;
+struct Target;
 
 struct ServiceOptions {
   std::shared_ptr<MapStore> store;
@@ -33,7 +37,6 @@ class LocalizationService : public HttpService {
  public:
   // `executor`: of the server's thread.
   LocalizationService(ServiceOptions options, boost::asio::any_io_executor executor);
-  ~LocalizationService() override;
 
   // Waits for the work under way, that of closed streams included, since at its end it posts to the
   // executor; no more work is begun. To be called once the server is closed, and before the
@@ -46,8 +49,16 @@ class LocalizationService : public HttpService {
   std::shared_ptr<WebSocketHandler> Upgrade(const HttpRequest& request) override;
 
  private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  HttpAnswer AnswerAtOnce(const Target& target, const HttpRequest& request);
+  HttpAnswer Work(const Target& target, HttpRequest& request);
+  HttpAnswer Do(const Target& target, HttpRequest& request);
+  std::shared_ptr<const ServedMap> MapOf(const Target& target);
+  HttpAnswer DescribeMap(const ServedMap& map);
+  HttpAnswer PutMap(const std::string& name, const std::string& file);
+  HttpAnswer AnswerModel(const std::string& path);
+  HttpAnswer AnswerAnchor(const ServedMap& map, const AnchorOutcome& outcome);
+
+  std::shared_ptr<ServiceState> state_;
 };
 
 }  // namespace oaslam

@@ -1,14 +1,12 @@
 #include "oaslam/service/localize.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <utility>
 
 #include "oaslam/crypto/base64.h"
-#include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/service/received_image.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/lower.h"
 #include "oaslam/util/stopwatch.h"
 
@@ -61,8 +59,8 @@ nlohmann::json ImageOfQuery(const HttpRequest& request) {
     else if (key == "camera" || key == "detections" || key == "prior")
       image[key] = ParseJson(value, key);
     else
-      throw InputError(fmt::format(
-          "query: unknown key \"{}\", known: camera, detections, gravity, mode, prior", key));
+      throw BadInput("query: unknown key \"{}\", known: camera, detections, gravity, mode, prior",
+                     key);
   }
   return image;
 }
@@ -141,8 +139,7 @@ LocalizeRequest ReadLocalizeRequest(HttpRequest request) {
       read.images.push_back(ReadPostedImage(image));
     if (const auto given = json.Find("mode")) mode = given->Text();
   } else {
-    throw InputError(fmt::format(
-        "Content-Type: \"{}\", allowed: image/jpeg, image/png, application/json", type));
+    throw BadInput("Content-Type: \"{}\", allowed: image/jpeg, image/png, application/json", type);
   }
   if (!mode.empty()) read.mode = RelocalizationModeOf(mode);
   return read;

@@ -1,19 +1,16 @@
-#include "oaslam/service/map_database.h"
-
 #include <fmt/format.h>
 
 #include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <span>
-#include <string_view>
 
 #include "oaslam/crypto/sha256.h"
-#include "oaslam/error.h"
-#include "oaslam/service/anchor_edit.h"
 #include "oaslam/service/database_watch.h"
+#include "oaslam/service/map_store.h"
 #include "oaslam/service/postgres.h"
 #include "oaslam/service/private_folder.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {
@@ -59,9 +56,9 @@ void CreateTables(PgConnection& connection) {
   if (known.Text(0, 0) == "t") {
     const PgRows version = connection.Run("SELECT max(version) FROM oaslam_format");
     if (version.Integer(0, 0) > kTablesVersion)
-      throw InputError(fmt::format(
+      throw BadInput(
           "database: its tables were made by a newer version (format {}, this one reads {})",
-          version.Integer(0, 0), kTablesVersion));
+          version.Integer(0, 0), kTablesVersion);
     return;
   }
   for (const char* sql : kTables) connection.Run(sql);
@@ -85,8 +82,8 @@ int64_t NextVersion(PgConnection& connection, const std::string& map) {
   connection.Run("SELECT pg_notify($1, $2)", {kChangesChannel, map});
   return connection
       .Run(
-          "INSERT INTO oaslam_versions VALUES ($1, 1) ON CONFLICT (map) DO UPDATE "
-          "SET version = oaslam_versions.version + 1 RETURNING version",
+          "INSERT INTO oaslam_versions VALUES ($1, 1) ON CONFLICT (map) DO UPDATE SET version = "
+          "oaslam_versions.version + 1 RETURNING version",
           {map})
       .Integer(0, 0);
 }
@@ -121,8 +118,8 @@ void WriteAnchor(PgConnection& connection, const std::string& map, int64_t versi
   const Eigen::Vector3d& t = a.cam_from_anchor.translation;
   const auto id = [](auto i) { return i.IsValid() ? int64_t{i.value} : int64_t{-1}; };
   connection.Run(
-      "INSERT INTO oaslam_anchors VALUES "
-      "($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18)",
+      "INSERT INTO oaslam_anchors VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, "
+      "$14, $15, $16, $17, $18)",
       {map, version, name, anchor ? "f" : "t", a.model, a.size, id(a.keyframe), q[0], q[1], q[2],
        q[3], t[0], t[1], t[2], id(a.object), a.offset[0], a.offset[1], a.offset[2]});
 }
@@ -174,15 +171,14 @@ class MapDatabase : public MapStore {
       StoredMap stored{map, "", 0, 0};
       Send(connection, file, content, stored);
       // A millisecond is what clients can tell; the clock is the server's, one for all.
-      stored.changed =
-          connection
-              .Run(
-                  "INSERT INTO oaslam_maps VALUES ($1, $2, $3, round(extract(epoch FROM "
-                  "clock_timestamp()), 3), $4) ON CONFLICT (name) DO UPDATE SET "
-                  "digest = excluded.digest, bytes = excluded.bytes, changed = excluded.changed, "
-                  "content = excluded.content RETURNING changed",
-                  {map, stored.digest, static_cast<int64_t>(stored.bytes), content})
-              .Real(0, 0);
+      stored.changed = connection
+                           .Run(
+                               "INSERT INTO oaslam_maps VALUES ($1, $2, $3, round(extract(epoch "
+                               "FROM clock_timestamp()), 3), $4) ON CONFLICT (name) DO UPDATE SET "
+                               "digest = excluded.digest, bytes = excluded.bytes, changed = "
+                               "excluded.changed, content = excluded.content RETURNING changed",
+                               {map, stored.digest, static_cast<int64_t>(stored.bytes), content})
+                           .Real(0, 0);
       const PgRows replaced = connection.Run(
           "DELETE FROM oaslam_chunks WHERE map = $1 AND content <> $2 RETURNING 1", {map, content});
       if (replaced.size() > 0)
@@ -220,8 +216,8 @@ class MapDatabase : public MapStore {
       const PgRows rows = connection.Run(
           "SELECT version, name, is_removed, model, size, keyframe, cam_from_anchor_qx, "
           "cam_from_anchor_qy, cam_from_anchor_qz, cam_from_anchor_qw, cam_from_anchor_tx, "
-          "cam_from_anchor_ty, cam_from_anchor_tz, object, offset_x, offset_y, offset_z "
-          "FROM oaslam_anchors WHERE map = $1 AND version > $2 ORDER BY version",
+          "cam_from_anchor_ty, cam_from_anchor_tz, object, offset_x, offset_y, offset_z FROM "
+          "oaslam_anchors WHERE map = $1 AND version > $2 ORDER BY version",
           {map, version});
       for (int row = 0; row < rows.size(); ++row) {
         const int64_t edited = rows.Integer(row, 0);

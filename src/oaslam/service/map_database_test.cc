@@ -1,7 +1,3 @@
-#include "oaslam/service/map_database.h"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/stat.h>
 
@@ -9,19 +5,16 @@
 #include <chrono>
 #include <fstream>
 #include <memory>
-#include <mutex>
 #include <thread>
 
 #include "expect_input_error.h"
+#include "oaslam/service/map_store.h"
 #include "postgres_server.h"
 #include "temp_folder.h"
 
 namespace oaslam {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::Not;
 using Clock = std::chrono::steady_clock;
 
 Anchor Flag(double size = 1) { return {"flag", size, KeyframeId(0), {}, {}, {0, 0, 0}}; }
@@ -150,8 +143,7 @@ TEST_F(MapDatabaseTest, DamagedContentIsRefused) {
   const std::unique_ptr<MapStore> store = OpenMapDatabase(Uri());
   store->Put("desk", folder.Write("a", "content"));
   server_->Run("UPDATE oaslam_chunks SET data = 'contend'");
-  EXPECT_THAT(InputErrorOf([&] { store->Open("desk"); }),
-              HasSubstr("the content of map \"desk\" is damaged"));
+  EXPECT_INPUT_ERROR(store->Open("desk"), HasSubstr("the content of map \"desk\" is damaged"));
 }
 
 TEST_F(MapDatabaseTest, ServersMayStartAtOnceAndNewerTablesAreRefused) {
@@ -160,8 +152,8 @@ TEST_F(MapDatabaseTest, ServersMayStartAtOnceAndNewerTablesAreRefused) {
     servers.emplace_back([&] { EXPECT_TRUE(OpenMapDatabase(Uri())->Maps().empty()); });
   for (std::thread& thread : servers) thread.join();
   server_->Run("UPDATE oaslam_format SET version = 2");
-  EXPECT_THAT(InputErrorOf([&] { OpenMapDatabase(Uri()); }),
-              HasSubstr("newer version (format 2, this one reads 1)"));
+  EXPECT_INPUT_ERROR(OpenMapDatabase(Uri()),
+                     HasSubstr("newer version (format 2, this one reads 1)"));
 }
 
 TEST(MapDatabase, MessagesDoNotShowThePassword) {

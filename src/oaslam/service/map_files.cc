@@ -1,13 +1,11 @@
 #include "oaslam/service/map_files.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/stat.h>
 
 #include <cerrno>
 #include <span>
 #include <system_error>
-#include <vector>
 
 #include "oaslam/crypto/sha256.h"
 #include "oaslam/error.h"
@@ -107,9 +105,9 @@ MapFiles::MapFiles(const fs::path& folder) {
   for (const fs::path& file : FilesOfMaps(folder_))
     if (!IsMapName(file.stem()) && !file.string().starts_with('.'))
       Log(LogLevel::kWarning,
-          fmt::format("{}: is not served: its name has a control character, is not UTF-8, or is "
-                      "longer than 200 bytes",
-                      OnOneLine(Printable((folder_ / file).string()), 1000)));
+          "{}: is not served: its name has a control character, is not UTF-8, or is "
+          "longer than 200 bytes",
+          OnOneLine(Printable((folder_ / file).string()), 1000));
 }
 
 // The path of the file of a map. A link is followed within the folder only.

@@ -1,5 +1,3 @@
-#include "oaslam/service/map_folder.h"
-
 #include <chrono>
 #include <condition_variable>
 #include <map>
@@ -10,6 +8,7 @@
 
 #include "oaslam/service/edit_file.h"
 #include "oaslam/service/map_files.h"
+#include "oaslam/service/map_store.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {

@@ -1,8 +1,4 @@
-#include "oaslam/service/map_folder.h"
-
 #include <SQLiteCpp/SQLiteCpp.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -17,14 +13,13 @@
 #include <thread>
 
 #include "expect_input_error.h"
-#include "temp_folder.h"
+#include "folder_test.h"
+#include "oaslam/service/map_store.h"
 
 namespace oaslam {
 namespace {
 
 namespace fs = std::filesystem;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 std::vector<std::string> Names(MapStore& store) {
   std::vector<std::string> names;
@@ -40,8 +35,10 @@ std::string ContentOf(const std::optional<MapFile>& file) {
 
 Anchor FolderFlag() { return {"flag", 1, KeyframeId(0), {}, {}, {0, 0, 0}}; }
 
-TEST(MapFolder, MapsAreFoundByTheNamesOfFiles) {
-  const TempFolder folder, other;
+struct MapFolderTest : FolderTest {};
+
+TEST_F(MapFolderTest, MapsAreFoundByTheNamesOfFiles) {
+  const TempFolder other;
   folder.Write("b.map", "1");
   folder.Write("c.oaslam", "22");
   folder.Write("a.oaslam/map.oaslam", "333");
@@ -71,8 +68,8 @@ TEST(MapFolder, MapsAreFoundByTheNamesOfFiles) {
   EXPECT_THAT(Names(*store), ElementsAre("b", "c", "new"));
 }
 
-TEST(MapFolder, LinksOutOfTheFolderAreNotFollowed) {
-  const TempFolder folder, other;
+TEST_F(MapFolderTest, LinksOutOfTheFolderAreNotFollowed) {
+  const TempFolder other;
   other.Write("secret.map", "secret");
   other.Write("deep.oaslam/map.oaslam", "secret");
   folder.Write("real.map", "1");
@@ -93,8 +90,7 @@ TEST(MapFolder, LinksOutOfTheFolderAreNotFollowed) {
   EXPECT_EQ(other.Read("secret.map"), "secret");
 }
 
-TEST(MapFolder, WhatOthersChangeIsNoticed) {
-  const TempFolder folder;
+TEST_F(MapFolderTest, WhatOthersChangeIsNoticed) {
   folder.Write("desk.map", "old");
   const std::unique_ptr<MapStore> store = OpenMapFolder(folder.path());
   const StoredMap old = *store->Find("desk");
@@ -131,8 +127,7 @@ TEST(MapFolder, WhatOthersChangeIsNoticed) {
   EXPECT_THAT(Names(*store), ElementsAre("attic"));
 }
 
-TEST(MapFolder, LeftoversOfDeadProcessesAreRemoved) {
-  const TempFolder folder;
+TEST_F(MapFolderTest, LeftoversOfDeadProcessesAreRemoved) {
   folder.Write("desk.map", "1");
   const fs::path own = folder / ".oaslam-serve";
   const std::unique_ptr<MapStore> store = OpenMapFolder(folder.path());
@@ -158,12 +153,10 @@ TEST(MapFolder, LeftoversOfDeadProcessesAreRemoved) {
   EXPECT_EQ(ContentOf(kept), "1");
 }
 
-TEST(MapFolder, FoldersThatCannotBeUsedAreRefused) {
-  const TempFolder folder;
-  EXPECT_THAT(InputErrorOf([&] { OpenMapFolder(folder / "missing"); }),
-              HasSubstr("missing: is no folder"));
+TEST_F(MapFolderTest, FoldersThatCannotBeUsedAreRefused) {
+  EXPECT_INPUT_ERROR(OpenMapFolder(folder / "missing"), HasSubstr("missing: is no folder"));
   const std::string file = folder.Write("a.map", "");
-  EXPECT_THAT(InputErrorOf([&] { OpenMapFolder(file); }), HasSubstr("is no folder"));
+  EXPECT_INPUT_ERROR(OpenMapFolder(file), HasSubstr("is no folder"));
 }
 
 // What is wrong with the file of edits after these statements, or after its content is overwritten.
@@ -188,7 +181,7 @@ std::string ProblemOfEdits(const std::string& sql, const std::string& content = 
   return problem;
 }
 
-TEST(MapFolder, DamagedFilesOfEditsAreRefused) {
+TEST_F(MapFolderTest, DamagedFilesOfEditsAreRefused) {
   EXPECT_THAT(ProblemOfEdits("PRAGMA user_version = 2"),
               HasSubstr("newer version (format 2, this one reads 1)"));
   EXPECT_THAT(ProblemOfEdits("PRAGMA application_id = 7"), HasSubstr("is no file of anchors"));
@@ -202,8 +195,7 @@ TEST(MapFolder, DamagedFilesOfEditsAreRefused) {
 }
 
 // An older version stays readable: its file is kept, as this program wrote it.
-TEST(MapFolder, ReadsTheEditsOfVersion1) {
-  const TempFolder folder;
+TEST_F(MapFolderTest, ReadsTheEditsOfVersion1) {
   fs::copy(fs::path(OASLAM_SOURCE_DIR) / "tests/data/service_format_1.sqlite",
            folder / "service.sqlite");
   const std::unique_ptr<MapStore> store = OpenMapFolder(folder.path());
@@ -220,8 +212,7 @@ TEST(MapFolder, ReadsTheEditsOfVersion1) {
   EXPECT_EQ(store->EditAnchor("desk", "another", flag, true), 5);
 }
 
-TEST(MapFolder, WaitsForOthersThatEdit) {
-  const TempFolder folder;
+TEST_F(MapFolderTest, WaitsForOthersThatEdit) {
   const std::unique_ptr<MapStore> store = OpenMapFolder(folder.path());
   SQLite::Database other(folder / "service.sqlite", SQLite::OPEN_READWRITE);
   other.exec("BEGIN IMMEDIATE");

@@ -71,7 +71,7 @@ std::shared_ptr<const ServedMap> MapShelf::Load(const std::string& map, Slot& sl
   try {
     loaded = std::make_shared<const ServedMap>(*file, config_);
   } catch (const InputError& error) {
-    Log(LogLevel::kWarning, fmt::format("map {}: {}", map, error.what()));
+    Log(LogLevel::kWarning, "map {}: {}", map, error.what());
     throw BrokenMap(fmt::format("map {}: its file is damaged", map));
   }
   if (loaded->bytes > memory_bytes_)
@@ -161,7 +161,7 @@ void MapShelf::Notice(const std::string& map) {
     try {
       Refresh(name);
     } catch (const std::exception& error) {
-      Log(LogLevel::kWarning, fmt::format("map {}: {}; goes on as it was", name, error.what()));
+      Log(LogLevel::kWarning, "map {}: {}; goes on as it was", name, error.what());
     }
     changed_(name);
   }

@@ -88,8 +88,6 @@ class MapStore {
   virtual void EndWatch() = 0;
 };
 
-// Whether a name is UTF-8, not empty, without control characters.
-bool IsPlainName(const std::string& name);
 // Throws InputError where a map cannot have this name: 1 to 200 bytes of UTF-8, no '/' and no
 // control character among them, the first no '.'.
 void CheckMapName(const std::string& name);
@@ -99,5 +97,12 @@ void CheckMapName(const std::string& name);
 // that begins with postgresql:// or postgres://, those of a PostgreSQL database, whose tables are
 // created where they are missing. Throws InputError where the location cannot be used.
 std::unique_ptr<MapStore> OpenMapStore(const std::string& location);
+// Its two kinds.
+std::unique_ptr<MapStore> OpenMapFolder(const std::string& folder);
+std::unique_ptr<MapStore> OpenMapDatabase(const std::string& location);
+
+// Throws InputError where a store cannot keep this edit: a name or a model that is not 1 to 64
+// bytes of UTF-8 without control characters, or a number that is not finite.
+void CheckAnchorEdit(const std::string& name, const std::optional<Anchor>& anchor);
 
 }  // namespace oaslam

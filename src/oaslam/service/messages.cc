@@ -2,16 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "oaslam/camera_file.h"
 #include "oaslam/detection_file.h"
-#include "oaslam/error.h"
 #include "oaslam/formats/detection_json.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
@@ -63,9 +61,8 @@ std::optional<Camera> CameraFor(const CameraChoice& choice, const cv::Size& size
   if (choice.is_auto) return std::nullopt;
   if (!choice.fov.empty()) return LoadCamera(choice.fov, size);
   if (choice.camera.width != size.width || choice.camera.height != size.height)
-    throw InputError(fmt::format("camera: is for images of {} x {}, this one has {} x {}",
-                                 choice.camera.width, choice.camera.height, size.width,
-                                 size.height));
+    throw BadInput("camera: is for images of {} x {}, this one has {} x {}", choice.camera.width,
+                   choice.camera.height, size.width, size.height);
   return choice.camera;
 }
 

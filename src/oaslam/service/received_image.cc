@@ -1,12 +1,10 @@
 #include "oaslam/service/received_image.h"
 
-#include <fmt/format.h>
-
 #include <cstdint>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
 
-#include "oaslam/error.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
@@ -72,11 +70,10 @@ cv::Size SizeOfReceivedImage(std::string_view bytes) {
   if (!size) throw InputError("image: is damaged");
   if (size->width < kLeast || size->height < kLeast || size->width > kMost ||
       size->height > kMost || int64_t{size->width} * size->height > kMostPixels)
-    throw InputError(
-        fmt::format("image: {} x {} pixels, allowed: {} to {} on a side, and {} million in all",
-                    size->width, size->height, kLeast, kMost, kMostPixels / 1'000'000));
+    throw BadInput("image: {} x {} pixels, allowed: {} to {} on a side, and {} million in all",
+                   size->width, size->height, kLeast, kMost, kMostPixels / 1'000'000);
   if (const size_t scans = is_jpeg ? ScansOfJpeg(bytes) : 0; scans > kMostScans)
-    throw InputError(fmt::format("image: has {} scans, allowed: {}", scans, kMostScans));
+    throw BadInput("image: has {} scans, allowed: {}", scans, kMostScans);
   return *size;
 }
 

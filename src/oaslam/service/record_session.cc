@@ -1,5 +1,3 @@
-#include "oaslam/service/record_session.h"
-
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -9,9 +7,10 @@
 #include "oaslam/camera_estimation.h"
 #include "oaslam/camera_file.h"
 #include "oaslam/detection/view_change.h"
-#include "oaslam/error.h"
 #include "oaslam/service/received_image.h"
+#include "oaslam/service/stream_session.h"
 #include "oaslam/slam.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
@@ -90,8 +89,8 @@ StreamStep Recording::Image(const ImageRequest& request, const nlohmann::json& h
                             int dropped) {
   const Stopwatch watch;
   if (!(request.time > last_time_))
-    throw InputError(fmt::format("time: {:.6f}, is not after that of the image before, {:.6f}",
-                                 request.time, last_time_));
+    throw BadInput("time: {:.6f}, is not after that of the image before, {:.6f}", request.time,
+                   last_time_);
   const bool detects = !request.detections && !state_->detectors.empty();
   ImageInput input;
   input.timestamp = last_time_ = request.time;
@@ -102,9 +101,8 @@ StreamStep Recording::Image(const ImageRequest& request, const nlohmann::json& h
   const std::optional<Camera> given = CameraFor(request.camera, input.image.size());
   if (given && !slam_) BeginMap(*given);
   if (slam_ && cv::Size(camera_->width, camera_->height) != input.image.size())
-    throw InputError(fmt::format("image: {} x {} pixels, the map is made of {} x {}",
-                                 input.image.cols, input.image.rows, camera_->width,
-                                 camera_->height));
+    throw BadInput("image: {} x {} pixels, the map is made of {} x {}", input.image.cols,
+                   input.image.rows, camera_->width, camera_->height);
   Json answer = {
       {"type", "pose"}, {"id", header.value("id", nlohmann::json())}, {"time", request.time}};
   if (!slam_) {
@@ -142,8 +140,7 @@ StreamStep Recording::Image(const ImageRequest& request, const nlohmann::json& h
 
 StreamStep Recording::Command(const nlohmann::json& message) {
   const std::string type = JsonInput(message, "message")["type"].Text();
-  if (type != "finish")
-    throw InputError(fmt::format("message: type \"{}\", allowed: finish", type));
+  if (type != "finish") throw BadInput("message: type \"{}\", allowed: finish", type);
   return Save();
 }
 
@@ -153,8 +150,7 @@ StreamStep Recording::Save() {
   if (slam_->Snapshot().Keyframes().size() < kLeastKeyframes)
     throw InputError("there is no map yet: it takes a camera that moves sideways past things");
   // Somebody else may have made one meanwhile.
-  if (state_->shelf.store().Find(name_))
-    throw InputError(fmt::format("there is a map \"{}\" already", name_));
+  if (state_->shelf.store().Find(name_)) throw BadInput("there is a map \"{}\" already", name_);
   const fs::path file = state_->files->NewPath();
   const std::shared_ptr<void> held = HoldFile(state_->files, file);
   slam_->Save(file.string());

@@ -1,40 +1,39 @@
 #include "oaslam/service/route.h"
 
+#include <algorithm>
 #include <map>
 #include <string_view>
 
 namespace oaslam {
 
-const char* NameOf(Route route) {
-  switch (route) {
-    case Route::kHealth:
-      return "healthz";
-    case Route::kMetrics:
-      return "metrics";
-    case Route::kOpenApi:
-      return "openapi";
-    case Route::kCamera:
-      return "camera";
-    case Route::kModel:
-      return "models";
-    case Route::kMaps:
-      return "maps";
-    case Route::kMap:
-      return "map";
-    case Route::kLocalize:
-      return "localize";
-    case Route::kAnchors:
-    case Route::kAnchor:
-      return "anchors";
-    case Route::kTrack:
-      return "track";
-    case Route::kRecord:
-      return "record";
-    case Route::kNowhere:
-      break;
-  }
-  return "other";
-}
+namespace {
+
+struct Kind {
+  Route route;
+  const char *name, *methods;
+};
+constexpr const char* kReads = "GET, HEAD";
+constexpr Kind kKinds[] = {{Route::kHealth, "healthz", kReads},
+                           {Route::kMetrics, "metrics", kReads},
+                           {Route::kOpenApi, "openapi", kReads},
+                           {Route::kCamera, "camera", kReads},
+                           {Route::kModel, "models", kReads},
+                           {Route::kMaps, "maps", kReads},
+                           {Route::kMap, "map", "GET, HEAD, PUT, DELETE"},
+                           {Route::kLocalize, "localize", "POST"},
+                           {Route::kAnchors, "anchors", "GET, HEAD, POST"},
+                           {Route::kAnchor, "anchors", "PATCH, DELETE"},
+                           {Route::kTrack, "track", kReads},
+                           {Route::kRecord, "record", kReads},
+                           {Route::kNowhere, "other", kReads}};
+
+const Kind& KindOf(Route route) { return *std::ranges::find(kKinds, route, &Kind::route); }
+
+}  // namespace
+
+const char* NameOf(Route route) { return KindOf(route).name; }
+
+std::string MethodsOf(Route route) { return KindOf(route).methods; }
 
 Target TargetOf(const std::string& path) {
   constexpr std::string_view kModels = "/models/", kMaps = "/v1/maps/";
@@ -62,21 +61,6 @@ Target TargetOf(const std::string& path) {
   if (part.starts_with(kAnchors) && part.size() > kAnchors.size())
     return {Route::kAnchor, map, part.substr(kAnchors.size())};
   return {};
-}
-
-std::string MethodsOf(Route route) {
-  switch (route) {
-    case Route::kLocalize:
-      return "POST";
-    case Route::kMap:
-      return "GET, HEAD, PUT, DELETE";
-    case Route::kAnchors:
-      return "GET, HEAD, POST";
-    case Route::kAnchor:
-      return "PATCH, DELETE";
-    default:
-      return "GET, HEAD";
-  }
 }
 
 bool Allows(Route route, boost::beast::http::verb method) {

@@ -6,10 +6,9 @@
 #include <cctype>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <string>
 
 #include "oaslam/net/gzipped.h"
-#include "oaslam/service/openapi.h"
+#include "oaslam/service/documents.h"
 
 namespace oaslam {
 namespace {

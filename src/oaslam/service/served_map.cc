@@ -1,7 +1,5 @@
 #include "oaslam/service/served_map.h"
 
-#include <utility>
-
 namespace oaslam {
 // Counts the large parts; a quarter is added for the small ones.
 size_t BytesInMemory(const SavedMap& saved) {

@@ -1,14 +1,12 @@
 #include "oaslam/service/stream_session.h"
 
-#include <fmt/format.h>
-
 #include <boost/asio/post.hpp>
 #include <chrono>
 #include <cstring>
 #include <utility>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/json_text.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -27,7 +25,7 @@ nlohmann::json HeaderOf(const std::string& message, std::string& image) {
   uint32_t length = 0;
   if (message.size() >= sizeof(length)) std::memcpy(&length, message.data(), sizeof(length));
   if (length == 0 || length > kMostHeader || length > message.size() - sizeof(length))
-    throw InputError(fmt::format("message: the length of its header, {}, is wrong", length));
+    throw BadInput("message: the length of its header, {}, is wrong", length);
   nlohmann::json header =
       ParseJson(std::string_view(message).substr(sizeof(length), length), "header");
   const JsonInput json(header, "header");
@@ -132,7 +130,7 @@ void StreamSession::Run(std::function<StreamStep(StreamWork&)> step) {
         } catch (const StoreUnavailable& error) {
           done = ErrorStep(error.what(), begins);
         } catch (const std::exception& error) {
-          Log(LogLevel::kWarning, fmt::format("stream of map {}: {}", self->map_, error.what()));
+          Log(LogLevel::kWarning, "stream of map {}: {}", self->map_, error.what());
           done = ErrorStep("internal error", true);
         }
         boost::asio::post(self->state_->executor, [self, done = std::move(done)]() mutable {

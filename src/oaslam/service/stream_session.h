@@ -69,4 +69,12 @@ class StreamSession : public WebSocketHandler,
   bool ends_ = false;
 };
 
+// A camera that makes a new map: the WebSocket /v1/maps/{map}/record.
+std::unique_ptr<StreamWork> RecordWork(std::shared_ptr<ServiceState> state, const std::string& map);
+
+// A camera that is followed in a map, which it does not change: the WebSocket
+// /v1/maps/{map}/track.
+std::unique_ptr<StreamWork> TrackWork(std::shared_ptr<ServiceState> state, const std::string& map,
+                                      bool may_write);
+
 }  // namespace oaslam

@@ -1,13 +1,12 @@
-#include "oaslam/service/track_session.h"
-
 #include <fmt/format.h>
 
 #include <optional>
 #include <utility>
 
-#include "oaslam/error.h"
 #include "oaslam/service/received_image.h"
+#include "oaslam/service/stream_session.h"
 #include "oaslam/slam.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
@@ -100,8 +99,7 @@ StreamStep Tracking::Command(const nlohmann::json& message) {
     if (const auto size = json.Find("size")) request.size = size->Number();
     return Told(PlaceAnchor(*state_, *map_, request));
   }
-  if (type != "anchor")
-    throw InputError(fmt::format("message: type \"{}\", allowed: place, anchor", type));
+  if (type != "anchor") throw BadInput("message: type \"{}\", allowed: place, anchor", type);
   const std::string name = json["name"].Text();
   const auto remove = json.Find("remove");
   if (remove && remove->Boolean()) return Told(RemoveAnchor(*state_, *map_, name));

@@ -1,21 +1,13 @@
-#include "oaslam/service/track_session.h"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <boost/asio/io_context.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "expect_input_error.h"
+#include "oaslam/service/stream_session.h"
 #include "random_map.h"
 #include "temp_folder.h"
 
 namespace oaslam {
 namespace {
-
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::SizeIs;
 
 std::string BlankImage(int width = 640) {
   std::vector<uchar> bytes;
@@ -78,7 +70,7 @@ TEST_F(TrackWorkTest, BeginsWithAllOfTheMap) {
   EXPECT_EQ(hello["map"], "desk");
   EXPECT_EQ(hello["digest"], state_->shelf.store().Find("desk")->digest);
   EXPECT_EQ(hello["may_write"], false);
-  EXPECT_THAT(hello["models"], testing::Not(testing::IsEmpty()));
+  EXPECT_THAT(hello["models"], Not(IsEmpty()));
   EXPECT_EQ(hello["models"][0]["url"].get<std::string>().find("/models/"), 0u);
   EXPECT_EQ(hello["objects"].size(), JsonOfObjects(saved_).size());
   EXPECT_FALSE(is_ended_);
@@ -119,21 +111,20 @@ TEST_F(TrackWorkTest, AnImageIsAnsweredAlsoWhereItIsNotFound) {
   EXPECT_EQ(pose["dropped"], 5);
   EXPECT_FALSE(pose.contains("pose"));
   EXPECT_THAT(state_->metrics.Text({}), HasSubstr("oaslam_tracked_total{state=\"lost\"} 1\n"));
-  EXPECT_THAT(InputErrorOf([&] { Image("no image"); }), HasSubstr("neither a JPEG nor a PNG"));
-  EXPECT_THAT(InputErrorOf([&] { Image(BlankImage(320)); }), HasSubstr("320 x 480"));
+  EXPECT_INPUT_ERROR(Image("no image"), HasSubstr("neither a JPEG nor a PNG"));
+  EXPECT_INPUT_ERROR(Image(BlankImage(320)), HasSubstr("320 x 480"));
   EXPECT_EQ(Image(BlankImage())["state"], "lost");
   time_ = 0;
-  EXPECT_THAT(InputErrorOf([&] { Image(BlankImage()); }), HasSubstr("time"));
+  EXPECT_INPUT_ERROR(Image(BlankImage()), HasSubstr("time"));
 }
 
 TEST_F(TrackWorkTest, OnlyWhoMayWriteEdits) {
   BeginOn("desk", false);
-  EXPECT_THAT(InputErrorOf([&] { Command(R"({"type": "anchor", "name": "a", "remove": true})"); }),
-              HasSubstr("for reading"));
+  EXPECT_INPUT_ERROR(Command(R"({"type": "anchor", "name": "a", "remove": true})"),
+                     HasSubstr("for reading"));
   BeginOn("desk", true);
-  EXPECT_THAT(InputErrorOf([&] { Command(R"({"type": "format"})"); }),
-              HasSubstr("allowed: place, anchor"));
-  EXPECT_THAT(InputErrorOf([&] { Command(R"({"type": "anchor"})"); }), HasSubstr("\"name\""));
+  EXPECT_INPUT_ERROR(Command(R"({"type": "format"})"), HasSubstr("allowed: place, anchor"));
+  EXPECT_INPUT_ERROR(Command(R"({"type": "anchor"})"), HasSubstr("\"name\""));
   EXPECT_THAT(Command(R"({"type": "anchor", "name": "a", "remove": true})").at(0)["message"],
               HasSubstr("there is no anchor \"a\""));
   EditFlag(Anchor{"flag", 1, KeyframeId(0), {}, {}, {0, 0, 0}});

@@ -15,10 +15,10 @@
 #include <thread>
 #include <utility>
 
-#include "oaslam/error.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/storage/map_rows.h"
 #include "oaslam/storage/map_schema.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
@@ -264,10 +264,9 @@ SavedMap ReadContent(std::span<SQLite::Database> connections, const Choice& is_w
 SavedMap Load(const std::string& given, const Choice& is_wanted) {
   const std::string path = MapFileAt(given);
   std::error_code error;
-  if (!std::filesystem::exists(path, error))
-    throw InputError(fmt::format("{}: there is no such file", path));
+  if (!std::filesystem::exists(path, error)) throw BadInput("{}: there is no such file", path);
   if (!std::filesystem::is_regular_file(path, error))
-    throw InputError(fmt::format("{}: is not a file, and has no map.oaslam in it", path));
+    throw BadInput("{}: is not a file, and has no map.oaslam in it", path);
   constexpr unsigned kMostThreads = 8;  // each has a connection with a page cache of its own
   const unsigned threads = std::clamp(std::thread::hardware_concurrency(), 1U, kMostThreads);
   try {
@@ -278,7 +277,7 @@ SavedMap Load(const std::string& given, const Choice& is_wanted) {
     if (saved.recordings.empty()) saved.recordings = RecordingsByTime(saved);
     return saved;
   } catch (const SQLite::Exception& problem) {
-    throw InputError(fmt::format("{}: {}", path, problem.what()));
+    throw BadInput("{}: {}", path, problem.what());
   }
 }
 

@@ -12,12 +12,12 @@
 #include <span>
 #include <tuple>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/leftover.h"
 #include "oaslam/map/repair.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/storage/map_part.h"
 #include "oaslam/storage/map_schema.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -264,7 +264,7 @@ void SyncToDisk(const std::string& path) {
   const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
   const bool synced = file >= 0 && fsync(file) == 0;
   if (file >= 0) close(file);
-  if (!synced) throw InputError(fmt::format("{}: cannot be written to disk", path));
+  if (!synced) throw BadInput("{}: cannot be written to disk", path);
 }
 
 bool HasFinitePose(const FramePose& frame) { return IsFinite(frame.cam_from_reference); }
@@ -299,13 +299,13 @@ void WriteFile(const std::string& path, const SavedMap& saved) {
   namespace fs = std::filesystem;
   std::error_code error;
   const fs::path folder = fs::absolute(path, error).parent_path();
-  if (path.empty() || error) throw InputError(fmt::format("\"{}\": is no path of a file", path));
+  if (path.empty() || error) throw BadInput("\"{}\": is no path of a file", path);
   if (!fs::is_directory(folder, error))
-    throw InputError(fmt::format("{}: there is no folder {}", path, folder.string()));
+    throw BadInput("{}: there is no folder {}", path, folder.string());
   // A device would be replaced.
   const fs::file_status present = fs::status(path, error);
   if (fs::exists(present) && !fs::is_regular_file(present))
-    throw InputError(fmt::format("{}: cannot be written: is no regular file", path));
+    throw BadInput("{}: cannot be written: is no regular file", path);
   const std::string temporary = fmt::format("{}.{}.tmp", path, getpid());
   fs::remove(temporary, error);
   const Leftover leftover(temporary);
@@ -317,10 +317,10 @@ void WriteFile(const std::string& path, const SavedMap& saved) {
     }
     SyncToDisk(temporary);
     fs::rename(temporary, path, error);
-    if (error) throw InputError(fmt::format("{}: cannot be written: {}", path, error.message()));
+    if (error) throw BadInput("{}: cannot be written: {}", path, error.message());
   } catch (const SQLite::Exception& problem) {
     fs::remove(temporary, error);
-    throw InputError(fmt::format("{}: {}", path, problem.what()));
+    throw BadInput("{}: {}", path, problem.what());
   } catch (...) {
     fs::remove(temporary, error);
     throw;
@@ -335,9 +335,9 @@ void SaveMap(const std::string& path, const SavedMap& given) {
   const std::vector<std::string> problems = ProblemsOf(saved);
   if (problems.empty()) return WriteFile(path, saved);
   Log(LogLevel::kWarning,
-      fmt::format("{}: the map is not consistent, by a defect of this program; it is saved without "
-                  "what is concerned ({} problems, first: {})",
-                  path, problems.size(), problems.front()));
+      "{}: the map is not consistent, by a defect of this program; it is saved without "
+      "what is concerned ({} problems, first: {})",
+      path, problems.size(), problems.front());
   WriteFile(path, WithoutProblems(saved));
 }
 

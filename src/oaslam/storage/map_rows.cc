@@ -263,10 +263,9 @@ void LinkKeyframes(Map& map) {
     for (const Observation& o : landmark.observations) {
       Keyframe* keyframe = map.keyframes.Mutable(o.keyframe);
       if (!keyframe || o.keypoint >= keyframe->landmarks.size())
-        throw SQLite::Exception(
-            fmt::format("is damaged: landmark {} is seen by keyframe {}, key point {}, which does "
-                        "not exist",
-                        id.value, o.keyframe.value, o.keypoint));
+        throw SQLite::Exception(fmt::format(
+            "is damaged: landmark {} is seen by keyframe {}, key point {}, which does not exist",
+            id.value, o.keyframe.value, o.keypoint));
       keyframe->landmarks[o.keypoint] = id;
     }
   });

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-
 #include "oaslam/storage/map_file.h"
 #include "oaslam/storage/map_part.h"
 

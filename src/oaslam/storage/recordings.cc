@@ -7,10 +7,9 @@
 #include <cctype>
 #include <limits>
 #include <map>
-#include <optional>
 
-#include "oaslam/error.h"
 #include "oaslam/storage/map_file.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
@@ -61,9 +60,9 @@ size_t FindRecording(const MapRecordings& recordings, std::string_view number_or
     if (i < recordings.size() && recordings[i].name == number_or_name) found.push_back(i);
   }
   if (found.size() == 1) return found.front();
-  throw InputError(fmt::format("there {} \"{}\", allowed: the number of one of {}",
-                               found.empty() ? "is no recording" : "are several recordings named",
-                               number_or_name, recordings.empty() ? "1" : Describe(recordings)));
+  throw BadInput("there {} \"{}\", allowed: the number of one of {}",
+                 found.empty() ? "is no recording" : "are several recordings named", number_or_name,
+                 recordings.empty() ? "1" : Describe(recordings));
 }
 
 MapRecordings RecordingsByTime(const SavedMap& saved) {
@@ -89,8 +88,8 @@ SavedMap OfRecording(const SavedMap& saved, size_t recording) {
     if (is_other(keyframe.frame_index)) others.push_back(id);
   });
   if (others.size() == saved.map.keyframes.size())
-    throw InputError(fmt::format("recording {} has no keyframe in this submap",
-                                 Describe(saved.recordings, recording)));
+    throw BadInput("recording {} has no keyframe in this submap",
+                   Describe(saved.recordings, recording));
   for (const KeyframeId id : others) one.map.RetireKeyframe(id);
   std::erase_if(one.trajectory, [&](const FramePose& pose) { return is_other(pose.frame_index); });
   one.submaps.clear();

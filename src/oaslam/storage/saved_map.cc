@@ -1,11 +1,9 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <optional>
 #include <utility>
 
-#include "oaslam/error.h"
 #include "oaslam/storage/map_file.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 
@@ -45,8 +43,7 @@ std::vector<StampedPose> KeyframePoses(const Map& map, int first_frame) {
 void LeadWithSubmap(const std::string& path, int submap, SavedMap& saved) {
   const int count = static_cast<int>(saved.submaps.size());
   if (submap < 0 || submap > count)
-    throw InputError(
-        fmt::format("{}: there is no submap {}, allowed: 0 to {}", path, submap, count));
+    throw BadInput("{}: there is no submap {}, allowed: 0 to {}", path, submap, count);
   if (submap == 0) return;
   Submap& chosen = saved.submaps[static_cast<size_t>(submap) - 1];
   std::swap(chosen.map, saved.map);

@@ -1,11 +1,8 @@
 #include "oaslam/util/log.h"
 
-#include <fmt/format.h>
-
 #include <cstdio>
 #include <memory>
 #include <mutex>
-#include <utility>
 
 namespace oaslam {
 namespace {

@@ -3,91 +3,49 @@
 #include "oaslam/error.h"
 #include "oaslam/tracking_result.h"
 #include "oaslam/types.h"
+#include "oaslam/util/named.h"
 
 namespace oaslam {
+namespace {
 
-const char* ToString(TrackingState state) {
-  switch (state) {
-    case TrackingState::kInitializing:
-      return "initializing";
-    case TrackingState::kTracking:
-      return "tracking";
-    case TrackingState::kRelocalized:
-      return "relocalized";
-    case TrackingState::kObjects:
-      return "objects";
-    case TrackingState::kOdometry:
-      return "odometry";
-    case TrackingState::kPreliminary:
-      return "preliminary";
-    case TrackingState::kLost:
-      break;
-  }
-  return "lost";
-}
+constexpr Named<TrackingState> kTrackingStates[] = {{TrackingState::kLost, "lost"},
+                                                    {TrackingState::kInitializing, "initializing"},
+                                                    {TrackingState::kTracking, "tracking"},
+                                                    {TrackingState::kRelocalized, "relocalized"},
+                                                    {TrackingState::kObjects, "objects"},
+                                                    {TrackingState::kOdometry, "odometry"},
+                                                    {TrackingState::kPreliminary, "preliminary"}};
+constexpr Named<PoseSource> kPoseSources[] = {{PoseSource::kNone, "none"},
+                                              {PoseSource::kMap, "map"},
+                                              {PoseSource::kMotion, "motion"},
+                                              {PoseSource::kObjects, "objects"},
+                                              {PoseSource::kRegistration, "registration"}};
+constexpr Named<RunnerMode> kRunnerModes[] = {{RunnerMode::kLockstep, "lockstep"},
+                                              {RunnerMode::kSequential, "sequential"},
+                                              {RunnerMode::kLive, "live"}};
+constexpr Named<LensModel> kLensModels[] = {{LensModel::kPinhole, "pinhole"},
+                                            {LensModel::kFisheye, "fisheye"}};
+constexpr Named<RelocalizationMode> kRelocalizationModes[] = {
+    {RelocalizationMode::kPointsAndObjects, "points+objects"},
+    {RelocalizationMode::kPoints, "points"},
+    {RelocalizationMode::kObjects, "objects"}};
+constexpr Named<PoseEvidence> kPoseEvidences[] = {
+    {PoseEvidence::kNone, "failed"},
+    {PoseEvidence::kPoints, "points"},
+    {PoseEvidence::kObjects, "objects"},
+    {PoseEvidence::kPointsAndObjects, "points+objects"}};
 
-const char* ToString(PoseSource source) {
-  switch (source) {
-    case PoseSource::kMap:
-      return "map";
-    case PoseSource::kMotion:
-      return "motion";
-    case PoseSource::kObjects:
-      return "objects";
-    case PoseSource::kRegistration:
-      return "registration";
-    case PoseSource::kNone:
-      break;
-  }
-  return "none";
-}
+}  // namespace
 
-const char* ToString(RunnerMode mode) {
-  switch (mode) {
-    case RunnerMode::kSequential:
-      return "sequential";
-    case RunnerMode::kLive:
-      return "live";
-    case RunnerMode::kLockstep:
-      break;
-  }
-  return "lockstep";
-}
-
-const char* ToString(LensModel model) {
-  return model == LensModel::kFisheye ? "fisheye" : "pinhole";
-}
-
-const char* ToString(RelocalizationMode mode) {
-  switch (mode) {
-    case RelocalizationMode::kPoints:
-      return "points";
-    case RelocalizationMode::kObjects:
-      return "objects";
-    case RelocalizationMode::kPointsAndObjects:
-      break;
-  }
-  return "points+objects";
-}
-
-const char* ToString(PoseEvidence evidence) {
-  switch (evidence) {
-    case PoseEvidence::kPoints:
-      return "points";
-    case PoseEvidence::kObjects:
-      return "objects";
-    case PoseEvidence::kPointsAndObjects:
-      return "points+objects";
-    case PoseEvidence::kNone:
-      break;
-  }
-  return "failed";
-}
+const char* ToString(TrackingState state) { return NameIn(kTrackingStates, state); }
+const char* ToString(PoseSource source) { return NameIn(kPoseSources, source); }
+const char* ToString(RunnerMode mode) { return NameIn(kRunnerModes, mode); }
+const char* ToString(LensModel model) { return NameIn(kLensModels, model); }
+const char* ToString(RelocalizationMode mode) { return NameIn(kRelocalizationModes, mode); }
+const char* ToString(PoseEvidence evidence) { return NameIn(kPoseEvidences, evidence); }
 
 RelocalizationMode RelocalizationModeOf(const std::string& name) {
-  for (const RelocalizationMode mode : {RelocalizationMode::kPoints, RelocalizationMode::kObjects,
-                                        RelocalizationMode::kPointsAndObjects})
-    if (name == ToString(mode)) return mode;
+  if (const auto mode = ValueIn(kRelocalizationModes, name)) return *mode;
   throw InputError("relocalization: " + name + ", allowed: points | objects | points+objects");
 }
 

@@ -1,30 +1,27 @@
 #include "oaslam/util/read_file.h"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <filesystem>
 #include <fstream>
 
-#include "oaslam/error.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 
 std::string ReadFile(const std::string& path, size_t max_bytes) {
   std::error_code error;
-  if (!std::filesystem::exists(path, error))
-    throw InputError(fmt::format("{}: there is no such file", path));
+  if (!std::filesystem::exists(path, error)) throw BadInput("{}: there is no such file", path);
   if (std::filesystem::is_directory(path, error))
-    throw InputError(fmt::format("{}: is a folder, expected a file", path));
+    throw BadInput("{}: is a folder, expected a file", path);
   std::ifstream file(path, std::ios::binary);
   std::string content;
   std::array<char, 1 << 16> part{};
   while (file.read(part.data(), part.size()) || file.gcount() > 0) {
     content.append(part.data(), static_cast<size_t>(file.gcount()));
     if (content.size() > max_bytes)
-      throw InputError(fmt::format("{}: is larger than {} MiB", path, max_bytes >> 20));
+      throw BadInput("{}: is larger than {} MiB", path, max_bytes >> 20);
   }
-  if (!file.is_open() || file.bad()) throw InputError(fmt::format("{}: cannot be read", path));
+  if (!file.is_open() || file.bad()) throw BadInput("{}: cannot be read", path);
   return content;
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <opencv2/core/mat.hpp>
 #include <vector>
 

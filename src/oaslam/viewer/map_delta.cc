@@ -1,7 +1,5 @@
 #include "oaslam/viewer/map_delta.h"
 
-#include <algorithm>
-
 #include "oaslam/anchors/editing.h"
 
 namespace oaslam {

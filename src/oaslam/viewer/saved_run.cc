@@ -6,14 +6,13 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "oaslam/error.h"
 #include "oaslam/formats/table_file.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/trajectory_file.h"
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
@@ -57,11 +56,11 @@ void AddObject(const json& entry, SavedMap& saved) {
 
 void AddObjects(const std::string& path, SavedMap& saved) {
   const json list = json::parse(ReadTextFile(path), nullptr, false);
-  if (!list.is_array()) throw InputError(fmt::format("{}: expected a JSON list of objects", path));
+  if (!list.is_array()) throw BadInput("{}: expected a JSON list of objects", path);
   for (size_t i = 0; i < list.size(); ++i) try {
       AddObject(list[i], saved);
     } catch (const std::exception& error) {
-      throw InputError(fmt::format("{}: object {}: {}", path, i, error.what()));
+      throw BadInput("{}: object {}: {}", path, i, error.what());
     }
 }
 
@@ -141,8 +140,7 @@ std::vector<FrameNote> LoadNotes(const std::string& path) {
     const auto is_huge = [](double value) { return std::abs(value) > 1e15; };
     if (fields.size() != columns || !state || values[0] < 0 || values[0] > 1e9 ||
         std::ranges::any_of(values, is_huge))
-      throw InputError(
-          fmt::format("{}:{}: \"{}\" does not fit the columns", path, i + 1, lines[i]));
+      throw BadInput("{}:{}: \"{}\" does not fit the columns", path, i + 1, lines[i]);
     notes.push_back({static_cast<int>(values[0]), values[1], *state,
                      static_cast<int>(std::clamp(values[2], 0.0, 1e6)), values[3],
                      uncertain && NumberAt(fields, *uncertain, path, i + 1) != 0});
@@ -159,8 +157,7 @@ std::string MapFileIn(const std::string& folder) {
   }
   if (found.size() > 1) {
     std::ranges::sort(found);
-    throw InputError(
-        fmt::format("{}: has {} map files; choose one with --map", folder, found.size()));
+    throw BadInput("{}: has {} map files; choose one with --map", folder, found.size());
   }
   return found.empty() ? "" : found[0];
 }
@@ -206,18 +203,14 @@ SavedRun LoadSavedRun(const std::string& path, const std::string& map_path, int 
   } else {
     const std::string objects = in_folder("objects.json"), keyframes = in_folder("keyframes.txt");
     if (objects.empty() && trajectory.empty() && keyframes.empty())
-      throw InputError(
-          fmt::format("{}: neither a map file nor objects.json, keyframes.txt, trajectory.txt or "
-                      "poses.txt lies in it",
-                      path));
+      throw BadInput(
+          "{}: neither a map file nor objects.json, keyframes.txt, trajectory.txt or "
+          "poses.txt lies in it",
+          path);
     run.saved.class_names = CocoClassNames();
-    run.saved.map.cameras.push_back({.width = 640,
-                                     .height = 480,
-                                     .fx = 540,
-                                     .fy = 540,
-                                     .cx = 319.5,
-                                     .cy = 239.5,
-                                     .is_guess = true});
+    Camera camera{.width = 640, .height = 480, .fx = 540, .fy = 540, .cx = 319.5, .cy = 239.5};
+    camera.is_guess = true;
+    run.saved.map.cameras.push_back(camera);
     if (!objects.empty()) AddObjects(objects, run.saved);
     if (!keyframes.empty()) AddKeyframes(LoadTrajectory(keyframes), run.notes, run.saved.map);
   }

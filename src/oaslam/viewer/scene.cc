@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "oaslam/images/image_files.h"
 #include "oaslam/viewer/frame_message.h"
 #include "oaslam/viewer/map_delta.h"

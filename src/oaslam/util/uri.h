@@ -12,4 +12,7 @@ std::optional<std::string> DecodePercent(std::string_view text);
 // Encodes a segment of a path for a URI: all but letters, digits and "-._~" as triplets.
 std::string EncodeUriSegment(std::string_view text);
 
+// An address without the name and password that it may have, for messages and names of files.
+std::string WithoutPassword(const std::string& url);
+
 }  // namespace oaslam

@@ -1,4 +1,4 @@
-#include "oaslam/util/percent.h"
+#include "oaslam/util/uri.h"
 
 #include <fmt/format.h>
 
@@ -41,6 +41,14 @@ std::string EncodeUriSegment(std::string_view text) {
       encoded += fmt::format("%{:02X}", static_cast<unsigned char>(c));
   }
   return encoded;
+}
+
+std::string WithoutPassword(const std::string& url) {
+  const size_t host = url.find("://");
+  if (host == std::string::npos) return url;
+  const size_t begin = host + 3, end = url.find('/', begin), at = url.rfind('@', end);
+  if (at == std::string::npos || at < begin) return url;
+  return url.substr(0, begin) + url.substr(at + 1);
 }
 
 }  // namespace oaslam

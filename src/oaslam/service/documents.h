@@ -8,4 +8,8 @@ namespace oaslam {
 // gzip -n and made part of the program by the build.
 std::string_view CameraPage();
 
+// The description of the service, OpenAPI 3.1: data/openapi.json, compressed by gzip -n and made
+// part of the program by the build.
+std::string_view OpenApi();
+
 }  // namespace oaslam

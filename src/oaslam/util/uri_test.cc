@@ -1,4 +1,4 @@
-#include "oaslam/util/percent.h"
+#include "oaslam/util/uri.h"
 
 #include <gtest/gtest.h>
 
