@@ -1,9 +1,6 @@
 // Memory runs out while the mapper works: in this program operator new fails
 // when a test asks for it.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <atomic>
 #include <cstdint>
 #include <cstdlib>
@@ -11,10 +8,10 @@
 #include <memory>
 #include <new>
 #include <stdexcept>
-#include <string>
 #include <thread>
 #include <vector>
 
+#include "matchers.h"
 #include "oaslam/mapping/background_bundle.h"
 #include "oaslam/system/atlas.h"
 #include "oaslam/system/map_pipeline.h"
@@ -77,8 +74,6 @@ class MemoryRunsOut {
 
 namespace oaslam {
 namespace {
-
-using testing::IsEmpty;
 
 Map EmptyMap() {
   Map empty;

@@ -1,7 +1,5 @@
 // What the public interface gives to an application besides poses: the map as data, the newest
 // state for other threads, single images found by many threads, metres.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,10 +14,6 @@
 
 namespace oaslam {
 namespace {
-
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::SizeIs;
 
 // Pixels between where a point is seen and where it is expected.
 double Error(const Camera& camera, const Rigid3& world_from_cam, const Eigen::Vector3d& position,
@@ -95,7 +89,7 @@ TEST_F(SlamWithMap, GoesOnInMetres) {
     for (Slam* slam : {&plain, &metric}) slam->Process(WithDetections(i));
   const auto before = metric.Trajectory();
   for (const double wrong : {0.0, -1.0, std::nan(""), double{INFINITY}})
-    EXPECT_THAT(InputErrorOf([&] { metric.SetMetresPerUnit(wrong); }), HasSubstr("above 0"));
+    EXPECT_INPUT_ERROR(metric.SetMetresPerUnit(wrong), HasSubstr("above 0"));
   metric.SetMetresPerUnit(kMetres);
   EXPECT_TRUE(metric.Snapshot().is_metric());
   const auto after = metric.Trajectory();
@@ -140,7 +134,7 @@ TEST_F(SlamWithMap, ImagesAreFoundByManyThreadsAndNearAPriorPose) {
     }));
   for (auto& answer : answers)
     EXPECT_EQ(answer.get().world_from_cam->translation, expected.world_from_cam->translation);
-  EXPECT_THAT(InputErrorOf([&] { MapLocalizer(Path("nothing.map")); }), HasSubstr("nothing.map"));
+  EXPECT_INPUT_ERROR(MapLocalizer(Path("nothing.map")), HasSubstr("nothing.map"));
 
   // About a prior pose one place is looked at; a wrong one costs nothing but time.
   Rigid3 prior = *expected.world_from_cam;
@@ -153,8 +147,7 @@ TEST_F(SlamWithMap, ImagesAreFoundByManyThreadsAndNearAPriorPose) {
   EXPECT_EQ(slam.Relocalize(WithDetections(30), {.prior = prior}).world_from_cam->translation,
             expected.world_from_cam->translation);
   prior.translation.x() = std::nan("");
-  EXPECT_THAT(InputErrorOf([&] { slam.Relocalize(WithDetections(30), {.prior = prior}); }),
-              HasSubstr("pose"));
+  EXPECT_INPUT_ERROR(slam.Relocalize(WithDetections(30), {.prior = prior}), HasSubstr("pose"));
   slam.ForceRelocalization(expected.world_from_cam);
   EXPECT_EQ(slam.Process(WithoutDetections(31)).state, TrackingState::kRelocalized);
 }
@@ -273,7 +266,7 @@ TEST_F(SlamWithMap, StatesShowDetectionsThatCameLater) {
 
 TEST_F(SlamWithMap, MetresNeedAMapAndKeepIt) {
   Slam slam = MakeSlam();
-  EXPECT_THAT(InputErrorOf([&] { slam.SetMetresPerUnit(2); }), HasSubstr("no map yet"));
+  EXPECT_INPUT_ERROR(slam.SetMetresPerUnit(2), HasSubstr("no map yet"));
   size_t i = 0;
   while (slam.Process(WithDetections(i)).state != TrackingState::kTracking) ++i;
   slam.SetMetresPerUnit(2);
@@ -391,7 +384,7 @@ TEST_F(SlamWithMap, ResetLoadAndSetMappingInAnyOrder) {
   ExpectSameMap(slam.Snapshot(), loaded);
   EXPECT_THAT(slam.Anchors(), SizeIs(1));
   EXPECT_EQ(slam.Trajectory().size(), poses);
-  EXPECT_THAT(InputErrorOf([&] { slam.Process(WithDetections(59)); }), HasSubstr("time stamp"));
+  EXPECT_INPUT_ERROR(slam.Process(WithDetections(59)), HasSubstr("time stamp"));
   const TrackingResult next = slam.Process(WithDetections(60));
   EXPECT_EQ(next.frame, 40);
   EXPECT_EQ(next.state, TrackingState::kTracking);

@@ -2,11 +2,7 @@
 
 #include "oaslam/slam.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
-#include <opencv2/core.hpp>
 
 #include "desk_clip.h"
 #include "expect_input_error.h"
@@ -17,10 +13,6 @@
 
 namespace oaslam {
 namespace {
-
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::SizeIs;
 
 constexpr int kLag = 6;  // number of images by which the detector is late
 
@@ -148,7 +140,7 @@ TEST_F(SlamWithMap, ASecondMapTakesThePlaceOfTheFirst) {
   EXPECT_GE(found, 18U);  // the newest may refer to a keyframe that is not yet in the map
   // If a file cannot be read, nothing changes.
   const std::string nothing = Path("nothing.map");
-  EXPECT_THAT(InputErrorOf([&] { slam.Load(nothing); }), HasSubstr("nothing.map"));
+  EXPECT_INPUT_ERROR(slam.Load(nothing), HasSubstr("nothing.map"));
   EXPECT_EQ(slam.Trajectory().size(), found);
   EXPECT_EQ(slam.Process(WithDetections(40)).state, TrackingState::kTracking);
   // Time stamps and frame numbers begin anew, and the classes are those of the file.
@@ -229,13 +221,13 @@ TEST_F(SlamWithMap, RefusesCamerasThatCannotBe) {
   EXPECT_THAT(with([](Camera& c) { c.width = c.height = 1; }), HasSubstr("image width"));
   SlamConfig wrong;
   wrong.features.count = -1;
-  EXPECT_THAT(InputErrorOf([&] { CameraEstimator{wrong}; }), HasSubstr("features.count"));
+  EXPECT_INPUT_ERROR(CameraEstimator{wrong}, HasSubstr("features.count"));
   CameraEstimationOptions start{.start = clip().camera};
   start.start->fx = std::nan("");
-  EXPECT_THAT(InputErrorOf([&] { CameraEstimator({}, start); }), HasSubstr("focal length fx"));
+  EXPECT_INPUT_ERROR(CameraEstimator({}, start), HasSubstr("focal length fx"));
   for (const double mm : {std::nan(""), 0.0, -26.0, 1e9})
-    EXPECT_THAT(InputErrorOf([&] { CameraEstimator({}, {.focal_length_35mm = mm}); }),
-                HasSubstr("allowed: 2 to 3000 mm"));
+    EXPECT_INPUT_ERROR(CameraEstimator({}, {.focal_length_35mm = mm}),
+                       HasSubstr("allowed: 2 to 3000 mm"));
 }
 
 TEST_F(SlamWithMap, RefusesModesThatAreNone) {
@@ -259,14 +251,12 @@ TEST_F(SlamWithMap, RefusesTimesAndGravityThatAreNotFinite) {
   Slam slam = MakeSlam();
   ImageInput input;
   input.timestamp = std::nan("");
-  EXPECT_THAT(InputErrorOf([&] { slam.Process(input); }), HasSubstr("time stamp"));
+  EXPECT_INPUT_ERROR(slam.Process(input), HasSubstr("time stamp"));
   const Eigen::Vector3d gravity(0, std::nan(""), 1);
-  EXPECT_THAT(InputErrorOf([&] { slam.Relocalize(input, {.follow = true}); }),
-              HasSubstr("time stamp"));
+  EXPECT_INPUT_ERROR(slam.Relocalize(input, {.follow = true}), HasSubstr("time stamp"));
   input.gravity_in_cam = gravity;
   for (const bool follow : {true, false})
-    EXPECT_THAT(InputErrorOf([&] { slam.Relocalize(input, {.follow = follow}); }),
-                HasSubstr("gravity"));
+    EXPECT_INPUT_ERROR(slam.Relocalize(input, {.follow = follow}), HasSubstr("gravity"));
 }
 
 TEST_F(SlamWithMap, FollowsByObjectsWhatItWasToldAndForgetsItWhenAsked) {
@@ -281,15 +271,14 @@ TEST_F(SlamWithMap, FollowsByObjectsWhatItWasToldAndForgetsItWhenAsked) {
   find(1, first, true);
   EXPECT_NE(find(1.03, second, true).object_score, alone.object_score);
   // An image that is refused changes nothing.
-  EXPECT_THAT(InputErrorOf([&] { find(1.03, first, true); }),
-              HasSubstr("not after the one before"));
+  EXPECT_INPUT_ERROR(find(1.03, first, true), HasSubstr("not after the one before"));
   slam.ForceRelocalization();
   EXPECT_EQ(find(1.06, second, true).object_score, alone.object_score);
   find(1.09, first, true);
   slam.Load(Path());
   EXPECT_EQ(find(1, second, true).object_score, alone.object_score);
-  EXPECT_THAT(InputErrorOf([&] { slam.Relocalize(first, {.follow = true}); }),
-              HasSubstr("only boxes are followed"));
+  EXPECT_INPUT_ERROR(slam.Relocalize(first, {.follow = true}),
+                     HasSubstr("only boxes are followed"));
 }
 
 TEST_F(SlamWithMap, TellsWhatHasGone) {

@@ -1,15 +1,10 @@
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
+#include "matchers.h"
 #include "oaslam/anchors/editing.h"
 #include "oaslam/anchors/placement.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
 namespace {
-
-using testing::HasSubstr;
-using testing::IsEmpty;
 
 const Eigen::Vector3d kUp(0, -1, 0);  // of level cameras
 

@@ -1,22 +1,16 @@
 #include "oaslam/content/mesh.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <Eigen/Geometry>
 #include <opencv2/imgcodecs.hpp>
 
 #include "expect_input_error.h"
+#include "folder_test.h"
 #include "oaslam/content/builtin_models.h"
-#include "oaslam/content/mesh_builder.h"
 #include "oaslam/content/mesh_file.h"
 #include "oaslam/exports/gltf_buffer.h"
-#include "temp_folder.h"
 
 namespace oaslam {
 namespace {
-
-using ::testing::HasSubstr;
 
 // Expects that normals point to the side from which triangles are counter-clockwise.
 void ExpectNormalsOutwards(const Mesh& mesh) {
@@ -75,8 +69,9 @@ std::string Triangle(const GltfBuffer::Json& node, int mode = 4) {
   return GlbBytes(document, buffer);
 }
 
-TEST(LoadMesh, PlacesMeshesByTheirNodes) {
-  const TempFolder folder;
+struct LoadMeshTest : FolderTest {};
+
+TEST_F(LoadMeshTest, PlacesMeshesByTheirNodes) {
   const Mesh mesh = LoadMesh(folder.Write(
       "a.glb", Triangle({{"mesh", 0}, {"translation", {0, 0, 5}}, {"scale", {-2, 1, 1}}})));
   ASSERT_EQ(mesh.triangles.size(), 1U);
@@ -87,8 +82,7 @@ TEST(LoadMesh, PlacesMeshesByTheirNodes) {
   ExpectNormalsOutwards(mesh);  // a mirrored mesh keeps its outer side
 }
 
-TEST(LoadMesh, SamplesTexturesAtVertices) {
-  const TempFolder folder;
+TEST_F(LoadMeshTest, SamplesTexturesAtVertices) {
   cv::Mat texture(2, 2, CV_8UC3);
   texture.at<cv::Vec3b>(0, 0) = {0, 0, 255};  // top left: red
   texture.at<cv::Vec3b>(0, 1) = {0, 255, 0};
@@ -110,8 +104,7 @@ TEST(LoadMesh, SamplesTexturesAtVertices) {
   }
 }
 
-TEST(LoadMesh, RefusesWhatIsNoModel) {
-  const TempFolder folder;
+TEST_F(LoadMeshTest, RefusesWhatIsNoModel) {
   const auto refusal = [&](const std::string& path) {
     return InputErrorOf([&] { LoadMesh(path); });
   };

@@ -1,17 +1,11 @@
 #include "oaslam/content/model_library.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "expect_input_error.h"
+#include "folder_test.h"
 #include "oaslam/content/builtin_models.h"
-#include "temp_folder.h"
 
 namespace oaslam {
 namespace {
-
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 std::string Gltf(const std::string& buffer,
                  const std::string& image = "data:image/png;base64,AAAA") {
@@ -19,7 +13,9 @@ std::string Gltf(const std::string& buffer,
          R"("}], "images": [{"uri": ")" + image + R"("}]})";
 }
 
-TEST(ModelLibrary, HasBuiltInModels) {
+struct ModelLibraryTest : FolderTest {};
+
+TEST_F(ModelLibraryTest, HasBuiltInModels) {
   const ModelLibrary library;
   EXPECT_THAT(library.names(), ElementsAre("flag", "arrow", "cube", "tree", "robot"));
   EXPECT_EQ(library.entry("flag"), "flag/flag.glb");
@@ -31,8 +27,7 @@ TEST(ModelLibrary, HasBuiltInModels) {
   EXPECT_EQ(library.FindMesh("castle"), nullptr);
 }
 
-TEST(ModelLibrary, HandsOutWhatAModelRefersToAndNothingElse) {
-  const TempFolder folder;
+TEST_F(ModelLibraryTest, HandsOutWhatAModelRefersToAndNothingElse) {
   folder.Write("secret.txt", "secret");
   folder.Write("models/secret.bin", "secret");
   folder.Write("models/my lamp.bin", "four");
@@ -57,8 +52,7 @@ TEST(ModelLibrary, HandsOutWhatAModelRefersToAndNothingElse) {
     EXPECT_FALSE(library.Find(path)) << path;
 }
 
-TEST(ModelLibrary, RefusesWhatItCannotHandOut) {
-  const TempFolder folder;
+TEST_F(ModelLibraryTest, RefusesWhatItCannotHandOut) {
   folder.Write("secret.bin", "secret");
   const auto refusal = [](const std::vector<std::string>& files) {
     return InputErrorOf([&] { const ModelLibrary library(files); });
@@ -85,14 +79,13 @@ TEST(ModelLibrary, RefusesWhatItCannotHandOut) {
               HasSubstr("buffers: uri gone.bin: there is no such file"));
 }
 
-TEST(ModelLibrary, LoadsMeshesWhenAsked) {
-  const TempFolder folder;
+TEST_F(ModelLibraryTest, LoadsMeshesWhenAsked) {
   ModelLibrary library({folder.Write("lamp.glb", GlbOf(BuiltinModels()[1].second, "lamp"))});
   EXPECT_EQ(library.FindMesh("lamp"), nullptr);
   library.LoadMeshes();
   ASSERT_NE(library.FindMesh("lamp"), nullptr);
   ModelLibrary broken({folder.Write("broken.glb", "noise")});
-  EXPECT_THAT(InputErrorOf([&] { broken.LoadMeshes(); }), HasSubstr("broken.glb"));
+  EXPECT_INPUT_ERROR(broken.LoadMeshes(), HasSubstr("broken.glb"));
 }
 
 }  // namespace

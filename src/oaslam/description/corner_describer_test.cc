@@ -1,9 +1,5 @@
 #include "oaslam/description/corner_describer.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <fstream>
 #include <opencv2/core.hpp>
 #include <sstream>
@@ -13,8 +9,6 @@
 
 namespace oaslam {
 namespace {
-
-using testing::HasSubstr;
 
 // What `train/export.py --reference data/descriptor/v1.bin` wrote: PyTorch's descriptors of corners
 // of a picture made by a formula.

@@ -14,13 +14,7 @@ namespace {
 // Key points of the ideal image are described where the original one shows them, at the size that
 // they have in a smaller copy of it.
 TEST(Described, LooksWhereTheOriginalImageShowsTheKeyPoint) {
-  Camera camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 500;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
-  camera.model = LensModel::kPinhole;
+  Camera camera{.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 319.5, .cy = 239.5};
   camera.distortion = {-0.2, 0.05, 0.001, 0, 0};
   const GreyBuffer half = synthetic::RandomScene(320, 240, 1);
   const std::array<Eigen::Vector2d, 2> seen{Eigen::Vector2d(100, 60), Eigen::Vector2d(280, 200)};

@@ -5,8 +5,6 @@
 #include <chrono>
 #include <semaphore>
 #include <stdexcept>
-#include <thread>
-#include <vector>
 
 namespace oaslam {
 namespace {

@@ -1,7 +1,5 @@
 #include "oaslam/detection/model_folders.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <stdlib.h>
 
 #include "expect_input_error.h"
@@ -63,11 +61,10 @@ TEST_F(ModelFoldersTest, APathIsReturnedAsItIs) {
 
 TEST_F(ModelFoldersTest, WhatIsNotThereIsRefusedWithThePlaces) {
   const std::string error = InputErrorOf([] { FindDetectorModel("museum"); });
-  EXPECT_THAT(error, ::testing::StartsWith("no detector museum: museum.onnx is in none of "));
-  EXPECT_THAT(error, ::testing::HasSubstr((folder_ / "b") + ", " + (folder_ / "data")));
+  EXPECT_THAT(error, StartsWith("no detector museum: museum.onnx is in none of "));
+  EXPECT_THAT(error, HasSubstr((folder_ / "b") + ", " + (folder_ / "data")));
   if (FindModel(kDefaultModel)) return;  // this machine has one for all users
-  EXPECT_THAT(InputErrorOf([] { FindDetectorModel(); }),
-              ::testing::EndsWith("`oaslam models get yolox_nano` fetches it"));
+  EXPECT_INPUT_ERROR(FindDetectorModel(), EndsWith("`oaslam models get yolox_nano` fetches it"));
 }
 
 }  // namespace

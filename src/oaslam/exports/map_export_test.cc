@@ -1,27 +1,32 @@
 #include "oaslam/exports/map_export.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "exif_jpeg.h"
 #include "expect_input_error.h"
+#include "folder_test.h"
 #include "oaslam/camera_file.h"
-#include "oaslam/exports/map_scene.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/trajectory_file.h"
 #include "random_map.h"
-#include "temp_folder.h"
 
 namespace oaslam {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
+const Camera kCamera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240};
+const Camera kFisheye = [] {
+  Camera camera{.width = 848, .height = 800, .fx = 286, .fy = 287, .cx = 421, .cy = 398};
+  camera.model = LensModel::kFisheye;
+  return camera;
+}();
+
+Camera WithDistortion(Camera camera, const decltype(Camera::distortion)& distortion) {
+  camera.distortion = distortion;
+  return camera;
+}
 
 // Keyframes on a line that see a cloud of points without error, with alternating cameras.
 SavedMap ExactMap(const std::vector<Camera>& cameras) {
@@ -134,42 +139,18 @@ TEST_P(ColmapExport, ObservationsAreInThePixelsOfTheCameraModel) {
 INSTANTIATE_TEST_SUITE_P(
     Models, ColmapExport,
     testing::Values(
-        std::pair{"PINHOLE",
-                  Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}},
-        std::pair{"OPENCV", Camera{.width = 640,
-                                   .height = 480,
-                                   .fx = 520,
-                                   .fy = 525,
-                                   .cx = 319,
-                                   .cy = 240,
-                                   .distortion = {-0.2, 0.05, 0.001, -0.002, 0}}},
-        std::pair{"FULL_OPENCV", Camera{.width = 640,
-                                        .height = 480,
-                                        .fx = 520,
-                                        .fy = 525,
-                                        .cx = 319,
-                                        .cy = 240,
-                                        .distortion = {-0.2, 0.05, 0.001, -0.002, 0.01}}},
-        std::pair{"OPENCV_FISHEYE", Camera{.model = LensModel::kFisheye,
-                                           .width = 848,
-                                           .height = 800,
-                                           .fx = 286,
-                                           .fy = 287,
-                                           .cx = 421,
-                                           .cy = 398,
-                                           .distortion = {0.01, -0.02, 0.003, 0.001, 0}}}));
+        std::pair{"PINHOLE", kCamera},
+        std::pair{"OPENCV", WithDistortion(kCamera, {-0.2, 0.05, 0.001, -0.002, 0})},
+        std::pair{"FULL_OPENCV", WithDistortion(kCamera, {-0.2, 0.05, 0.001, -0.002, 0.01})},
+        std::pair{"OPENCV_FISHEYE", WithDistortion(kFisheye, {0.01, -0.02, 0.003, 0.001, 0})}));
 
-TEST(MapExport, NerfstudioHasIntrinsicsAFrameForSeveralCameras) {
-  const Camera a{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240};
-  const Camera b{.width = 320,
-                 .height = 240,
-                 .fx = 260,
-                 .fy = 262,
-                 .cx = 160,
-                 .cy = 120,
-                 .distortion = {-0.2, 0.05, 0.001, -0.002, 0.01}};
-  const SavedMap saved = ExactMap({a, b});
-  const TempFolder folder;
+struct MapExport : FolderTest {};
+
+TEST_F(MapExport, NerfstudioHasIntrinsicsAFrameForSeveralCameras) {
+  const Camera b =
+      WithDistortion({.width = 320, .height = 240, .fx = 260, .fy = 262, .cx = 160, .cy = 120},
+                     {-0.2, 0.05, 0.001, -0.002, 0.01});
+  const SavedMap saved = ExactMap({kCamera, b});
   ExportNerfstudio(folder.path(), saved, ImagesByTime(saved));
   const auto json = nlohmann::json::parse(folder.Read("transforms.json"));
   EXPECT_FALSE(json.contains("fl_x"));
@@ -179,37 +160,26 @@ TEST(MapExport, NerfstudioHasIntrinsicsAFrameForSeveralCameras) {
   EXPECT_EQ(json["frames"][1]["k3"], 0.01);
   EXPECT_EQ(json["frames"][1]["p2"], -0.002);
 
-  const SavedMap mixed = ExactMap({a, Camera{.model = LensModel::kFisheye,
-                                             .width = 640,
-                                             .height = 480,
-                                             .fx = 300,
-                                             .fy = 300,
-                                             .cx = 319,
-                                             .cy = 240}});
-  EXPECT_THAT(InputErrorOf([&] { ExportNerfstudio(folder.path(), mixed, ImagesByTime(mixed)); }),
-              HasSubstr("fisheye"));
+  const SavedMap mixed = ExactMap({kCamera, kFisheye});
+  EXPECT_INPUT_ERROR(ExportNerfstudio(folder.path(), mixed, ImagesByTime(mixed)),
+                     HasSubstr("fisheye"));
 }
 
-TEST(MapExport, ImagesByTimeAreUnique) {
-  SavedMap saved =
-      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+TEST_F(MapExport, ImagesByTimeAreUnique) {
+  SavedMap saved = ExactMap({kCamera});
   saved.map.keyframes.MutableAt(KeyframeId(4)).timestamp = 0;  // another run that began at 0, too
   std::vector<std::string> names;
   for (const auto& [id, image] : ImagesByTime(saved)) names.push_back(image.name);
   EXPECT_THAT(names, ElementsAre("0.000000.png", "0.000000_4.png", "1.000000.png", "1.500000.png"));
-  const TempFolder folder;
   const std::string list = folder.Write("rgb.txt", "0.0 a.png\n");
-  EXPECT_THAT(InputErrorOf([&] { FindImages(saved, {list}, {}, folder.path()); }),
-              HasSubstr("two runs"));
+  EXPECT_INPUT_ERROR(FindImages(saved, {list}, {}, folder.path()), HasSubstr("two runs"));
 }
 
 // Two films that both begin at 0 s.
-TEST(MapExport, RecordingsAreNotMixed) {
-  SavedMap saved =
-      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+TEST_F(MapExport, RecordingsAreNotMixed) {
+  SavedMap saved = ExactMap({kCamera});
   saved.recordings = {{"a", "", 0}, {"b", "", 2}};
   for (const uint32_t id : {7U, 10U}) saved.map.keyframes.MutableAt(KeyframeId(id)).timestamp -= 1;
-  const TempFolder folder;
   const std::string a = folder.Write("a/rgb.txt", "0.0 rgb/a0.png\n0.5 rgb/a1.png\n"),
                     b = folder.Write("b/rgb.txt", "0.0 b0.png\n0.5 b1.png\n");
   std::vector<std::string> names;
@@ -221,8 +191,8 @@ TEST(MapExport, RecordingsAreNotMixed) {
   FindImages(saved, {b, a}, {}, folder / "out");  // the links are replaced
   EXPECT_TRUE(std::filesystem::equivalent(folder / "out/images/1-a", folder / "b"));
   EXPECT_EQ(ImagesByTime(saved).at(KeyframeId(7)).name, "2-b/0.000000.png");
-  EXPECT_THAT(InputErrorOf([&] { ExportTum(folder / "ab.txt", saved); }),
-              HasSubstr("2 recordings whose times overlap: 1 (a), 2 (b)"));
+  EXPECT_INPUT_ERROR(ExportTum(folder / "ab.txt", saved),
+                     HasSubstr("2 recordings whose times overlap: 1 (a), 2 (b)"));
   ExportTumFiles(folder.path(), saved);
   EXPECT_EQ(LoadTrajectory(folder / "1-a.txt").size(), 2U);
   EXPECT_NEAR(LoadTrajectory(folder / "2-b.txt").at(1).world_from_cam.translation.x(),
@@ -232,26 +202,21 @@ TEST(MapExport, RecordingsAreNotMixed) {
   EXPECT_EQ(folder.Read("b.txt"), folder.Read("2-b.txt"));
 }
 
-TEST(MapExport, ImagesOfAListAreFoundByTime) {
-  const SavedMap saved =
-      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
-  const TempFolder folder;
+TEST_F(MapExport, ImagesOfAListAreFoundByTime) {
+  const SavedMap saved = ExactMap({kCamera});
   const std::string list = folder.Write(
       "seq/rgb.txt", "0.0 rgb/a.png\n0.4 rgb/b.png\n0.50001 rgb/c.png\n1.0 rgb/d.png\n");
   const KeyframeImages images = FindImages(saved, {list}, {}, folder / "out");
   ASSERT_EQ(images.size(), 3U);  // nothing at 1.5 s
   EXPECT_EQ(images.at(KeyframeId(4)).name, "rgb/c.png");
   EXPECT_EQ(images.at(KeyframeId(4)).path, "../seq/rgb/c.png");
-  EXPECT_THAT(InputErrorOf([&] {
-                FindImages(saved, {folder.Write("other.txt", "7.0 a.png\n")}, {}, folder.path());
-              }),
-              HasSubstr("--fps"));
+  EXPECT_INPUT_ERROR(
+      FindImages(saved, {folder.Write("other.txt", "7.0 a.png\n")}, {}, folder.path()),
+      HasSubstr("--fps"));
 }
 
-TEST(MapExport, ImagesOfAListWithAbsolutePathsAndALinkedFolder) {
-  const SavedMap saved =
-      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
-  const TempFolder folder;
+TEST_F(MapExport, ImagesOfAListWithAbsolutePathsAndALinkedFolder) {
+  const SavedMap saved = ExactMap({kCamera});
   folder.Write("seq/rgb/c.png", "c");
   folder.Write("deep/er/out/x", "");
   std::filesystem::create_symlink(folder / "deep/er/out", folder / "link");
@@ -263,10 +228,8 @@ TEST(MapExport, ImagesOfAListWithAbsolutePathsAndALinkedFolder) {
   EXPECT_EQ(folder.Read("link/" + image.path), "c");  // leads to the image
 }
 
-TEST(MapExport, TurnedImagesAreWritten) {
-  const SavedMap saved =
-      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
-  const TempFolder folder;
+TEST_F(MapExport, TurnedImagesAreWritten) {
+  const SavedMap saved = ExactMap({kCamera});
   const cv::Mat image(48, 64, CV_8UC3, cv::Scalar::all(90));
   folder.Write("seq/a.jpg", JpegWithExif(image, {.orientation = 6}));
   const std::string list = folder.Write("seq/rgb.txt", "0.0 no.jpg\n0.5 a.jpg\n");
@@ -277,20 +240,16 @@ TEST(MapExport, TurnedImagesAreWritten) {
   EXPECT_EQ(ReadImage(folder / "out/images/000001.png", true).size(), cv::Size(48, 64));
 }
 
-TEST(MapExport, ColmapHasNoNamesWithBlanks) {
-  const SavedMap saved =
-      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
-  const TempFolder folder;
+TEST_F(MapExport, ColmapHasNoNamesWithBlanks) {
+  const SavedMap saved = ExactMap({kCamera});
   KeyframeImages images = ImagesByTime(saved);
   images.at(KeyframeId(4)).name = "rgb/a b.png";
-  EXPECT_THAT(InputErrorOf([&] { ExportColmap(folder.path(), saved, images); }),
-              HasSubstr("rgb/a b.png"));
+  EXPECT_INPUT_ERROR(ExportColmap(folder.path(), saved, images), HasSubstr("rgb/a b.png"));
   EXPECT_FALSE(std::filesystem::exists(folder / "images.txt"));
 }
 
-TEST(MapExport, NamesThatAreNotUtf8AreReplaced) {
-  SavedMap saved =
-      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+TEST_F(MapExport, NamesThatAreNotUtf8AreReplaced) {
+  SavedMap saved = ExactMap({kCamera});
   Object object;
   object.name = "caf\xE9";
   object.state = ObjectState::kMapped;
@@ -298,7 +257,6 @@ TEST(MapExport, NamesThatAreNotUtf8AreReplaced) {
   saved.map.objects.Insert(ObjectId(1), object);
   KeyframeImages images = ImagesByTime(saved);
   images.at(KeyframeId(4)).path = "caf\xE9.png";
-  const TempFolder folder;
   ExportNerfstudio(folder.path(), saved, images);
   ExportGltf(folder / "a.gltf", saved);
   ExportGltf(folder / "a.glb", saved);
@@ -306,15 +264,10 @@ TEST(MapExport, NamesThatAreNotUtf8AreReplaced) {
     EXPECT_THAT(nlohmann::json::parse(folder.Read(name)).dump(), HasSubstr("caf\uFFFD")) << name;
 }
 
-TEST(MapExport, ColorsAreThoseOfThePixels) {
-  const SavedMap saved = ExactMap({Camera{.width = 640,
-                                          .height = 480,
-                                          .fx = 220,
-                                          .fy = 220,
-                                          .cx = 319,
-                                          .cy = 240,
-                                          .distortion = {-0.05, 0.01, 0, 0, 0}}});
-  const TempFolder folder;
+TEST_F(MapExport, ColorsAreThoseOfThePixels) {
+  const SavedMap saved = ExactMap(
+      {WithDistortion({.width = 640, .height = 480, .fx = 220, .fy = 220, .cx = 319, .cy = 240},
+                      {-0.05, 0.01, 0, 0, 0})});
   KeyframeImages images = ImagesByTime(saved);
   // Left of the middle red, right of it blue, in binary PPM.
   std::string ppm = "P6\n640 480\n255\n";
@@ -335,9 +288,8 @@ TEST(MapExport, ColorsAreThoseOfThePixels) {
             kLandmarkColor);
 }
 
-TEST(MapExport, EveryMapCanBeWritten) {
+TEST_F(MapExport, EveryMapCanBeWritten) {
   Rng rng(5);
-  const TempFolder folder;
   for (const bool empty : {false, true}) {
     SavedMap saved = RandomMap(
         empty ? RandomMapOptions{.keyframes = 3, .landmarks = 0, .objects = 0} : RandomMapOptions{},
@@ -353,8 +305,8 @@ TEST(MapExport, EveryMapCanBeWritten) {
     EXPECT_EQ(LoadTrajectory(folder / "a.txt").size(),
               empty ? saved.map.keyframes.size() : FinalTrajectories(saved)[0].size());
   }
-  EXPECT_THAT(InputErrorOf([&] { ExportPly(folder / "no/a.ply", SavedMap(), false); }),
-              HasSubstr("cannot be written"));
+  EXPECT_INPUT_ERROR(ExportPly(folder / "no/a.ply", SavedMap(), false),
+                     HasSubstr("cannot be written"));
 }
 
 TEST(MapScene, TheSphereIsClosedAndFacesOutwards) {
@@ -369,8 +321,7 @@ TEST(MapScene, TheSphereIsClosedAndFacesOutwards) {
 }
 
 TEST(MapScene, UpIsUp) {
-  const SavedMap saved =
-      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  const SavedMap saved = ExactMap({kCamera});
   for (const std::optional<Eigen::Vector3d>& up :
        {std::optional<Eigen::Vector3d>(),
         std::optional(Eigen::Vector3d(0.1, -0.9, 0.3).normalized())}) {

@@ -1,8 +1,5 @@
 #include "oaslam/exports/map_results.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <nlohmann/json.hpp>
 
 #include "expect_input_error.h"
@@ -12,10 +9,6 @@
 
 namespace oaslam {
 namespace {
-
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
 
 Map MapWithObjects() {
   Rng rng(5);
@@ -40,8 +33,8 @@ TEST(ObjectsJson, MappedObjectsWithKeysInOrder) {
   ASSERT_EQ(json.size(), 2u);
   std::vector<std::string> keys;
   for (const auto& [key, value] : json[1].items()) keys.push_back(key);
-  EXPECT_THAT(keys, testing::ElementsAre("id", "category_id", "category", "center", "half_axes",
-                                         "rotation", "observations", "score", "covariance_diag"));
+  EXPECT_THAT(keys, ElementsAre("id", "category_id", "category", "center", "half_axes", "rotation",
+                                "observations", "score", "covariance_diag"));
   EXPECT_EQ(json[1]["id"], 3);
   EXPECT_EQ(json[1]["category"], "a \"cup\"");
   EXPECT_EQ(json[1]["center"], nlohmann::json::parse("[1.5, -2, 0.25]"));
@@ -55,19 +48,14 @@ TEST(ObjectsJson, MappedObjectsWithKeysInOrder) {
   EXPECT_EQ(nlohmann::json::parse(folder.Read("named.json"))[1]["name"], "the \"best\"");
   SaveObjectsJson(folder / "none.json", Map(), {});
   EXPECT_TRUE(nlohmann::json::parse(folder.Read("none.json")).empty());
-  EXPECT_THAT(InputErrorOf([&] { SaveObjectsJson(folder / "no/o.json", Map(), {}); }),
-              HasSubstr("cannot be written"));
+  EXPECT_INPUT_ERROR(SaveObjectsJson(folder / "no/o.json", Map(), {}),
+                     HasSubstr("cannot be written"));
 }
 
 TEST(MapSvg, ShowsWhatIsThere) {
   const TempFolder folder;
   const Map map = MapWithObjects();
-  MapPlot plot{.map = &map,
-               .trajectory = {},
-               .groundtruth = {},
-               .localized = {},
-               .names = {{41, "cup"}},
-               .title = "Desk <1> & more"};
+  MapPlot plot{.map = &map, .names = {{41, "cup"}}, .title = "Desk <1> & more"};
   for (int i = 0; i < 30; ++i)
     plot.trajectory.push_back(
         {i / 30.0, Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.1 * i, 0, 0))});
@@ -85,19 +73,9 @@ TEST(MapSvg, ShowsWhatIsThere) {
 TEST(MapSvg, DegenerateMaps) {
   const TempFolder folder;
   Map map;
-  SaveMapSvg(folder / "m.svg", {.map = &map,
-                                .trajectory = {},
-                                .groundtruth = {},
-                                .localized = {},
-                                .names = {},
-                                .title = ""});
+  SaveMapSvg(folder / "m.svg", {.map = &map});
   EXPECT_THAT(folder.Read("m.svg"), Not(HasSubstr("nan")));
-  SaveMapSvg(folder / "m.svg", {.map = &map,
-                                .trajectory = {{1, {}}},
-                                .groundtruth = {},
-                                .localized = {},
-                                .names = {},
-                                .title = ""});
+  SaveMapSvg(folder / "m.svg", {.map = &map, .trajectory = {{1, {}}}});
   EXPECT_THAT(folder.Read("m.svg"), AllOf(Not(HasSubstr("nan")), Not(HasSubstr("inf"))));
 }
 

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "oaslam/util/rng.h"
 
 namespace oaslam {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "grey_scene.h"
 #include "instruction_sets.h"

@@ -1,20 +1,13 @@
 #include "oaslam/camera_file.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <numbers>
 
 #include "expect_input_error.h"
-#include "temp_folder.h"
+#include "folder_test.h"
 
 namespace oaslam {
 namespace {
-
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
 
 constexpr const char* kRos = R"(# ROS camera_info
 camera_name: freiburg2
@@ -36,8 +29,9 @@ std::string Replaced(std::string text, const std::string& what, const std::strin
   return text;
 }
 
-TEST(CameraFile, RosCameraInfo) {
-  const TempFolder folder;
+struct CameraFile : FolderTest {};
+
+TEST_F(CameraFile, RosCameraInfo) {
   const Camera camera = LoadCamera(folder.Write("camera.yaml", kRos), {640, 480});
   EXPECT_EQ(camera.model, LensModel::kPinhole);
   EXPECT_EQ(camera.name, "freiburg2");
@@ -49,8 +43,7 @@ TEST(CameraFile, RosCameraInfo) {
   EXPECT_FALSE(camera.is_guess);
 }
 
-TEST(CameraFile, RosMessageWithFisheye) {
-  const TempFolder folder;
+TEST_F(CameraFile, RosMessageWithFisheye) {
   const Camera camera = LoadCamera(
       folder.Write("camera.yaml",
                    "width: 848\nheight: 800\ndistortion_model: equidistant\n"
@@ -61,8 +54,7 @@ TEST(CameraFile, RosMessageWithFisheye) {
   EXPECT_EQ(camera.width, 848);
 }
 
-TEST(CameraFile, OpenCvFileStorage) {
-  const TempFolder folder;
+TEST_F(CameraFile, OpenCvFileStorage) {
   const Camera camera = LoadCamera(
       folder.Write(
           "camera.yml",
@@ -76,8 +68,7 @@ TEST(CameraFile, OpenCvFileStorage) {
   EXPECT_THAT(camera.distortion, ElementsAre(-0.418, 0.5, 0, 0, -0.57));
 }
 
-TEST(CameraFile, OrbSlamTakesTheSizeOfTheImages) {
-  const TempFolder folder;
+TEST_F(CameraFile, OrbSlamTakesTheSizeOfTheImages) {
   const std::string path = folder.Write(
       "TUM1.yaml",
       "%YAML:1.0\n\nCamera.fx: 517.3\nCamera.fy: 516.5\nCamera.cx: 318.6\nCamera.cy: 255.3\n"
@@ -86,11 +77,10 @@ TEST(CameraFile, OrbSlamTakesTheSizeOfTheImages) {
   const Camera camera = LoadCamera(path, {640, 480});
   EXPECT_EQ(camera.width, 640);
   EXPECT_THAT(camera.distortion, ElementsAre(0.26, -0.95, -0.005, 0.0026, 1.16));
-  EXPECT_THAT(InputErrorOf([&] { LoadCamera(path, {}); }), HasSubstr("no image size"));
+  EXPECT_INPUT_ERROR(LoadCamera(path, {}), HasSubstr("no image size"));
 }
 
-TEST(CameraFile, OrbSlam3Fisheye) {
-  const TempFolder folder;
+TEST_F(CameraFile, OrbSlam3Fisheye) {
   const Camera camera =
       LoadCamera(folder.Write("c.yaml",
                               "%YAML:1.0\nCamera.type: \"KannalaBrandt8\"\nCamera1.fx: "
@@ -103,8 +93,7 @@ TEST(CameraFile, OrbSlam3Fisheye) {
   EXPECT_THAT(camera.distortion, ElementsAre(0.0034, 0.0007, -0.002, 0.0002, 0));
 }
 
-TEST(CameraFile, KalibrAndEuroc) {
-  const TempFolder folder;
+TEST_F(CameraFile, KalibrAndEuroc) {
   const std::string body =
       "camera_model: pinhole\n  intrinsics: [461.6, 460.3, 363.0, 248.1]\n  distortion_model: "
       "equidistant\n"
@@ -125,8 +114,7 @@ TEST(CameraFile, KalibrAndEuroc) {
   EXPECT_THAT(euroc.distortion, ElementsAre(-0.28, 0.07, 0.0002, 1.8e-05, 0));
 }
 
-TEST(CameraFile, ColmapPixelCentresAreAtHalfIntegers) {
-  const TempFolder folder;
+TEST_F(CameraFile, ColmapPixelCentresAreAtHalfIntegers) {
   const std::string two = folder.Write("cameras.txt",
                                        "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n"
                                        "1 SIMPLE_RADIAL 1920 1080 1500 960 540 0.01\n"
@@ -139,24 +127,21 @@ TEST(CameraFile, ColmapPixelCentresAreAtHalfIntegers) {
   EXPECT_EQ(radial.fy, 1500);
   EXPECT_EQ(radial.cy, 539.5);
   EXPECT_EQ(radial.distortion[0], 0.01);
-  EXPECT_THAT(InputErrorOf([&] { LoadCamera(two, {}); }), HasSubstr("2 cameras"));
-  EXPECT_THAT(InputErrorOf([&] {
-                LoadCamera(folder.Write("few.txt", "1 PINHOLE 640 480 500 500 320\n"), {});
-              }),
-              AllOf(HasSubstr("few.txt:1"), HasSubstr("expected 6")));
+  EXPECT_INPUT_ERROR(LoadCamera(two, {}), HasSubstr("2 cameras"));
+  EXPECT_INPUT_ERROR(LoadCamera(folder.Write("few.txt", "1 PINHOLE 640 480 500 500 320\n"), {}),
+                     AllOf(HasSubstr("few.txt:1"), HasSubstr("expected 6")));
 }
 
-TEST(CameraFile, FieldOfViewIsAGuess) {
+TEST_F(CameraFile, FieldOfViewIsAGuess) {
   const Camera camera = LoadCamera("fov:60", {640, 480});
   EXPECT_TRUE(camera.is_guess);
   EXPECT_NEAR(2 * std::atan2(320, camera.fx) * 180 / std::numbers::pi, 60, 1e-9);
   EXPECT_EQ(camera.cx, 319.5);
-  EXPECT_THAT(InputErrorOf([] { LoadCamera("fov:60", {}); }), HasSubstr("needs images"));
-  EXPECT_THAT(InputErrorOf([] { LoadCamera("fov:nan", {640, 480}); }), HasSubstr("5 to 170"));
+  EXPECT_INPUT_ERROR(LoadCamera("fov:60", {}), HasSubstr("needs images"));
+  EXPECT_INPUT_ERROR(LoadCamera("fov:nan", {640, 480}), HasSubstr("5 to 170"));
 }
 
-TEST(CameraFile, BadInputIsNamed) {
-  const TempFolder folder;
+TEST_F(CameraFile, BadInputIsNamed) {
   const auto error = [&](const std::string& text, const cv::Size& size = {640, 480}) {
     return InputErrorOf([&] { LoadCamera(folder.Write("bad.yaml", text), size); });
   };
@@ -174,21 +159,17 @@ TEST(CameraFile, BadInputIsNamed) {
               AllOf(HasSubstr("distortion_coefficients[14]"), HasSubstr("only 14 coefficients")));
   EXPECT_THAT(error("a: 1\n"), HasSubstr("not a calibration"));
   EXPECT_THAT(error("a: [1\n"), HasSubstr("bad.yaml:"));
-  EXPECT_THAT(InputErrorOf([&] { LoadCamera(folder / "missing.yaml", {}); }),
-              HasSubstr("no such file"));
+  EXPECT_INPUT_ERROR(LoadCamera(folder / "missing.yaml", {}), HasSubstr("no such file"));
 }
 
-TEST(CameraFile, AMatrixWithoutItsDataIsNamed) {
-  const TempFolder folder;
+TEST_F(CameraFile, AMatrixWithoutItsDataIsNamed) {
   for (const char* key : {"camera_matrix", "distortion_coefficients"}) {
     std::string text = kRos;
     const size_t data = text.find("data", text.find(key));
     text.erase(data, text.find('\n', data) - data);
-    EXPECT_THAT(InputErrorOf([&] {
-                  LoadCamera(folder.Write("bad.yaml", text), {640, 480});
-                }),
-                AllOf(HasSubstr("bad.yaml"), HasSubstr(std::string(key) + ".data: nothing"),
-                      HasSubstr("list of numbers")));
+    EXPECT_INPUT_ERROR(LoadCamera(folder.Write("bad.yaml", text), {640, 480}),
+                       AllOf(HasSubstr("bad.yaml"), HasSubstr(std::string(key) + ".data: nothing"),
+                             HasSubstr("list of numbers")));
   }
 }
 
@@ -226,8 +207,7 @@ void ExpectReadOrNamed(const TempFolder& folder, const std::string& text) {
   }
 }
 
-TEST(CameraFile, WhateverIsDamagedTheFileIsNamed) {
-  const TempFolder folder;
+TEST_F(CameraFile, WhateverIsDamagedTheFileIsNamed) {
   for (const std::string& good : GoodFiles()) {
     for (size_t length = 0; length < good.size(); ++length)
       ExpectReadOrNamed(folder, good.substr(0, length));
@@ -244,24 +224,14 @@ TEST(CameraFile, WhateverIsDamagedTheFileIsNamed) {
   }
 }
 
-TEST(CameraFile, WhatIsWrittenIsReadAgain) {
-  const TempFolder folder;
-  Camera pinhole{.width = 1280,
-                 .height = 720,
-                 .fx = 960.35,
-                 .fy = 961.125,
-                 .cx = 634.78,
-                 .cy = 365.79,
-                 .name = "a \"phone\""};
+TEST_F(CameraFile, WhatIsWrittenIsReadAgain) {
+  Camera pinhole{
+      .width = 1280, .height = 720, .fx = 960.35, .fy = 961.125, .cx = 634.78, .cy = 365.79};
+  pinhole.name = "a \"phone\"";
   pinhole.distortion = {0.0713, -0.0472, 1e-5, 0, 0.25};
-  Camera fisheye{.model = LensModel::kFisheye,
-                 .width = 848,
-                 .height = 800,
-                 .fx = 286,
-                 .fy = 286,
-                 .cx = 420,
-                 .cy = 401,
-                 .name = "eye"};
+  Camera fisheye{.width = 848, .height = 800, .fx = 286, .fy = 286, .cx = 420, .cy = 401};
+  fisheye.model = LensModel::kFisheye;
+  fisheye.name = "eye";
   fisheye.distortion = {-0.0076, 0.0418, -0.0394, 0.0069, 0};
   for (const Camera& camera : {pinhole, fisheye})
     EXPECT_EQ(

@@ -1,19 +1,14 @@
 #include "oaslam/formats/camera_mask.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "expect_input_error.h"
-#include "temp_folder.h"
+#include "folder_test.h"
 
 namespace oaslam {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
+struct CameraMask : FolderTest {};
 
-TEST(CameraMask, IsRelativeToTheCalibration) {
-  const TempFolder folder;
+TEST_F(CameraMask, IsRelativeToTheCalibration) {
   EXPECT_EQ(MaskOfCalibration(folder.Write("a.yaml", "mask: hood.png\nwidth: 3\n")),
             folder / "hood.png");
   EXPECT_EQ(
@@ -22,12 +17,11 @@ TEST(CameraMask, IsRelativeToTheCalibration) {
   EXPECT_EQ(MaskOfCalibration(folder.Write("c.yaml", "width: 3\n")), "");
   EXPECT_EQ(MaskOfCalibration("fov:65"), "");
   EXPECT_EQ(MaskOfCalibration(folder / "missing.yaml"), "");
-  EXPECT_THAT(InputErrorOf([&] { MaskOfCalibration(folder.Write("d.yaml", "mask: [1, 2]\n")); }),
-              AllOf(HasSubstr("d.yaml"), HasSubstr("mask"), HasSubstr("path of an image")));
+  EXPECT_INPUT_ERROR(MaskOfCalibration(folder.Write("d.yaml", "mask: [1, 2]\n")),
+                     AllOf(HasSubstr("d.yaml"), HasSubstr("mask"), HasSubstr("path of an image")));
 }
 
-TEST(CameraMask, IsFoundInEachKindOfFile) {
-  const TempFolder folder;
+TEST_F(CameraMask, IsFoundInEachKindOfFile) {
   const std::pair<const char*, const char*> files[] = {
       {"orb.yaml", "%YAML:1.0\nCamera.fx: 500\nCamera.mask: m.png\n"},
       {"stella.yaml", "Camera:\n  fx: 500\n  mask: m.png\n"},
@@ -41,8 +35,7 @@ TEST(CameraMask, IsFoundInEachKindOfFile) {
 }
 
 // What they are is said by LoadCamera.
-TEST(CameraMask, FilesThatAreNoMappingHaveNone) {
-  const TempFolder folder;
+TEST_F(CameraMask, FilesThatAreNoMappingHaveNone) {
   for (const char* text : {"525 525 319.5 239.5\n", "600,0,639.5\n0,601,359.5\n0,0,1\n", "- a\n",
                            "1 PINHOLE 640 480 525 525 320 240\n", "a: [\n", ""})
     EXPECT_EQ(MaskOfCalibration(folder.Write("c.yaml", text)), "") << text;

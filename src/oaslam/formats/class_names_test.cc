@@ -1,20 +1,10 @@
 #include "oaslam/class_names.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "expect_input_error.h"
 #include "temp_folder.h"
 
 namespace oaslam {
 namespace {
-
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Pair;
-using testing::SizeIs;
 
 class ClassFile : public testing::Test {
  protected:

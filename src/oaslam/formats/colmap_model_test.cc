@@ -1,18 +1,13 @@
 #include "oaslam/formats/colmap_model.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cstdint>
 
 #include "expect_input_error.h"
+#include "folder_test.h"
 #include "oaslam/camera_file.h"
-#include "temp_folder.h"
 
 namespace oaslam {
 namespace {
-
-using testing::HasSubstr;
 
 template <typename T>
 std::string BytesOfNumber(T value) {
@@ -28,8 +23,9 @@ std::string BinaryCamera(uint32_t model, const std::vector<double>& parameters) 
   return bytes;
 }
 
-TEST(ColmapModel, BinaryCamerasAreThoseOfTheText) {
-  const TempFolder folder;
+struct ColmapModelTest : FolderTest {};
+
+TEST_F(ColmapModelTest, BinaryCamerasAreThoseOfTheText) {
   const std::string binary =
       folder.Write("cameras.bin", BinaryCamera(4, {500, 510, 320, 240, 0.1, -0.02, 0.001, -0.002}));
   const std::string text =
@@ -39,30 +35,27 @@ TEST(ColmapModel, BinaryCamerasAreThoseOfTheText) {
   EXPECT_EQ(LoadCamera(binary, {}).fy, 500);
 }
 
-TEST(ColmapModel, DamagedBinaryFilesAreNamed) {
-  const TempFolder folder;
+TEST_F(ColmapModelTest, DamagedBinaryFilesAreNamed) {
   const std::string whole = BinaryCamera(1, {500, 500, 320, 240});
   for (size_t length = 0; length < whole.size(); length += 3) {
     const std::string path = folder.Write("cameras.bin", whole.substr(0, length));
-    EXPECT_THAT(InputErrorOf([&] { LoadCamera(path, {}); }), HasSubstr("cameras.bin: ends early"));
+    EXPECT_INPUT_ERROR(LoadCamera(path, {}), HasSubstr("cameras.bin: ends early"));
   }
   const std::string path = folder.Write("cameras.bin", BinaryCamera(99, {}));
-  EXPECT_THAT(InputErrorOf([&] { LoadCamera(path, {}); }),
-              HasSubstr("camera 3 has model 99, allowed: 0 to 10"));
+  EXPECT_INPUT_ERROR(LoadCamera(path, {}), HasSubstr("camera 3 has model 99, allowed: 0 to 10"));
   // A number of points that would end beyond the file.
   std::string image = BytesOfNumber<uint64_t>(1) + BytesOfNumber<uint32_t>(1);
   for (const double x : {1, 0, 0, 0, 1, 2, 3}) image += BytesOfNumber(x);
   image += BytesOfNumber<uint32_t>(1) + std::string("a.png\0", 6);
   const std::string images =
       folder.Write("images.bin", image + BytesOfNumber<uint64_t>(~uint64_t{0}));
-  EXPECT_THAT(InputErrorOf([&] { LoadColmapPoses(images); }), HasSubstr("images.bin: ends early"));
+  EXPECT_INPUT_ERROR(LoadColmapPoses(images), HasSubstr("images.bin: ends early"));
   folder.Write("images.bin", image + BytesOfNumber<uint64_t>(0));
   ASSERT_EQ(LoadColmapPoses(images).size(), 1U);
   EXPECT_EQ(LoadColmapPoses(images)[0].name, "a.png");
 }
 
-TEST(ColmapModel, NamesMayHaveBlanks) {
-  const TempFolder folder;
+TEST_F(ColmapModelTest, NamesMayHaveBlanks) {
   const auto poses = LoadColmapPoses(folder.Write(
       "images.txt", "1 1 0 0 0 1 2 3 1 left/my photo.jpg\n\n2 1 0 0 0 1 2 3 1 b.jpg\n"));
   ASSERT_EQ(poses.size(), 2U);

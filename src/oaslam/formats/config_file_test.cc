@@ -1,20 +1,14 @@
 #include "oaslam/config_file.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "expect_input_error.h"
-#include "temp_folder.h"
+#include "folder_test.h"
 
 namespace oaslam {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::StartsWith;
+struct ConfigFile : FolderTest {};
 
-TEST(ConfigFile, SetsWhatItNamesAndKeepsTheRest) {
-  const TempFolder folder;
+TEST_F(ConfigFile, SetsWhatItNamesAndKeepsTheRest) {
   SlamConfig config;
   config.runner.seed = 7;
   LoadConfig(
@@ -32,22 +26,19 @@ TEST(ConfigFile, SetsWhatItNamesAndKeepsTheRest) {
   EXPECT_EQ(config.features.descriptor, DescriptorKind::kLearnedAndOrb);
 }
 
-TEST(ConfigFile, AKeyMayNameItsSection) {
-  const TempFolder folder;
+TEST_F(ConfigFile, AKeyMayNameItsSection) {
   SlamConfig config;
   LoadConfig(folder.Write("c.yaml", "tracking.min_inliers: 20\n"), config);
   EXPECT_EQ(config.tracking.min_inliers, 20);
 }
 
-TEST(ConfigFile, CommentsAloneSetNothing) {
-  const TempFolder folder;
+TEST_F(ConfigFile, CommentsAloneSetNothing) {
   SlamConfig config;
   LoadConfig(folder.Write("c.yaml", "# tracking:\n#   min_inliers: 20\n"), config);
   EXPECT_EQ(ConfigToYaml(config), ConfigToYaml({}));
 }
 
-TEST(ConfigFile, AllProblemsAtOnceAndNothingSet) {
-  const TempFolder folder;
+TEST_F(ConfigFile, AllProblemsAtOnceAndNothingSet) {
   SlamConfig config;
   const std::string error = InputErrorOf([&] {
     LoadConfig(folder.Write("c.yaml",
@@ -67,24 +58,22 @@ TEST(ConfigFile, AllProblemsAtOnceAndNothingSet) {
   EXPECT_EQ(config.features.count, SlamConfig().features.count);
 }
 
-TEST(ConfigFile, SettingIsAsStrictAsTheFile) {
+TEST_F(ConfigFile, SettingIsAsStrictAsTheFile) {
   SlamConfig config;
   ApplySetting("runner.mode=sequential", config);
   ApplySetting("objects.min_score = 0.4", config);
   EXPECT_EQ(config.runner.mode, RunnerMode::kSequential);
   EXPECT_EQ(config.objects.min_score, 0.4);
-  EXPECT_THAT(InputErrorOf([&] { ApplySetting("objects.minscore=0.4", config); }),
-              AllOf(StartsWith("objects.minscore: "), HasSubstr("nearest is objects.min_score")));
-  EXPECT_THAT(InputErrorOf([&] { ApplySetting("objects.min_score=nan", config); }),
-              HasSubstr("expected a number"));
-  EXPECT_THAT(InputErrorOf([&] { ApplySetting("objects.min_score=1.5", config); }),
-              HasSubstr("allowed: 0 to 1"));
-  EXPECT_THAT(InputErrorOf([&] { ApplySetting("objects.min_score", config); }),
-              StartsWith("objects.min_score: expected section.key=value"));
+  EXPECT_INPUT_ERROR(
+      ApplySetting("objects.minscore=0.4", config),
+      AllOf(StartsWith("objects.minscore: "), HasSubstr("nearest is objects.min_score")));
+  EXPECT_INPUT_ERROR(ApplySetting("objects.min_score=nan", config), HasSubstr("expected a number"));
+  EXPECT_INPUT_ERROR(ApplySetting("objects.min_score=1.5", config), HasSubstr("allowed: 0 to 1"));
+  EXPECT_INPUT_ERROR(ApplySetting("objects.min_score", config),
+                     StartsWith("objects.min_score: expected section.key=value"));
 }
 
-TEST(ConfigFile, RoundTrip) {
-  const TempFolder folder;
+TEST_F(ConfigFile, RoundTrip) {
   SlamConfig config;
   config.relocalization.min_score = 0.1 + 1e-13;
   config.runner.mode = RunnerMode::kLive;

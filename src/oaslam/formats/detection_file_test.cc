@@ -1,23 +1,16 @@
 #include "oaslam/detection_file.h"
 
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
 #include <utility>
 
 #include "expect_input_error.h"
-#include "temp_folder.h"
+#include "folder_test.h"
 
 namespace oaslam {
 namespace {
-
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::SizeIs;
 
 constexpr const char* kOwn = R"([{"file_name": "rgb/0001.png", "detections": [
   {"category_id": 41, "detection_score": 0.8, "bbox": [-10.5, 2, 3, 4.25]},
@@ -44,8 +37,9 @@ std::string WithBadBoxes(int bad, int good) {
   return text + "]}]";
 }
 
-TEST(DetectionFile, AFewBadBoxesAreLeftOut) {
-  const TempFolder folder;
+struct DetectionFileTest : FolderTest {};
+
+TEST_F(DetectionFileTest, AFewBadBoxesAreLeftOut) {
   for (const auto& [bad, good] : {std::pair{1, 1}, {1, 30}, {5, 20}})
     EXPECT_THAT(LoadDetections(folder.Write("d.json", WithBadBoxes(bad, good))).Find("7"),
                 SizeIs(good));
@@ -67,8 +61,7 @@ TEST(DetectionFile, AFewBadBoxesAreLeftOut) {
   EXPECT_THAT(ErrorOf(WithBadBoxes(3, 0)), HasSubstr("the first of 3 bad ones of 3"));
 }
 
-TEST(DetectionFile, FindsByBaseNameThenWithoutExtension) {
-  const TempFolder folder;
+TEST_F(DetectionFileTest, FindsByBaseNameThenWithoutExtension) {
   const DetectionTable table = LoadDetections(folder.Write("d.json", kOwn));
   EXPECT_THAT(table.Find("0001.png"), SizeIs(2));
   EXPECT_THAT(table.Find("elsewhere/0001.jpg"), SizeIs(2));
@@ -81,8 +74,7 @@ TEST(DetectionFile, FindsByBaseNameThenWithoutExtension) {
   EXPECT_EQ((*table.Find("0001.png")[1].ellipse)[4], 0.5);
 }
 
-TEST(DetectionFile, RoundTrip) {
-  const TempFolder folder;
+TEST_F(DetectionFileTest, RoundTrip) {
   const DetectionTable table = LoadDetections(folder.Write("d.json", kOwn));
   SaveDetections(folder / "copy.json", table.images());
   SaveDetections(folder / "again.json", LoadDetections(folder / "copy.json").images());
@@ -94,32 +86,26 @@ TEST(DetectionFile, RoundTrip) {
   EXPECT_THAT(LoadDetections(folder / "none.json").images(), IsEmpty());
 }
 
-TEST(DetectionFile, NamesThatAreNotUtf8AreReplaced) {
-  const TempFolder folder;
+TEST_F(DetectionFileTest, NamesThatAreNotUtf8AreReplaced) {
   SaveDetections(folder / "d.json", {{"caf\xE9.png", {}}});
   EXPECT_EQ(LoadDetections(folder / "d.json").images().at(0).file_name, "caf\uFFFD.png");
 }
 
-TEST(DetectionFile, NothingIsWrittenThatCannotBeRead) {
-  const TempFolder folder;
+TEST_F(DetectionFileTest, NothingIsWrittenThatCannotBeRead) {
   const Detection good{41, 0.5, {1, 2, 3, 4}, {}, {}};
   Detection without_score = good, without_box = good;
   without_score.score = std::nan("");
   without_box.box.x2 = INFINITY;
   for (const Detection& bad : {without_score, without_box})
-    EXPECT_THAT(InputErrorOf([&] {
-                  SaveDetections(folder / "d.json", {{"7.png", {good, bad}}});
-                }),
-                AllOf(HasSubstr("7.png: detection 1"), HasSubstr("not finite")));
+    EXPECT_INPUT_ERROR(SaveDetections(folder / "d.json", {{"7.png", {good, bad}}}),
+                       AllOf(HasSubstr("7.png: detection 1"), HasSubstr("not finite")));
   EXPECT_FALSE(std::filesystem::exists(folder / "d.json"));
 }
 
-TEST(DetectionFile, Coco) {
-  const TempFolder folder;
+TEST_F(DetectionFileTest, Coco) {
   const std::string results =
       R"([{"image_id": 9, "category_id": 3, "bbox": [10, 20, 5, 6], "score": 0.5}])";
-  EXPECT_THAT(InputErrorOf([&] { LoadDetections(folder.Write("r.json", results)); }),
-              HasSubstr("r.images.json"));
+  EXPECT_INPUT_ERROR(LoadDetections(folder.Write("r.json", results)), HasSubstr("r.images.json"));
   folder.Write(
       "r.images.json",
       R"({"images": [{"id": 9, "file_name": "a/img.jpg"}, {"id": 10, "file_name": "b.jpg"}]})");
@@ -135,28 +121,24 @@ TEST(DetectionFile, Coco) {
       "w.json",
       R"({"images": [{"id": 1, "file_name": "x.png"}], "annotations": [{"image_id": 1, "category_id": 3, "bbox": [1, 2, 5, 6]}]})"));
   EXPECT_EQ(whole.Find("x.png")[0].score, 1);
-  EXPECT_THAT(
-      InputErrorOf([&] {
-        LoadDetections(folder.Write(
-            "r.json",
-            R"([{"image_id": 9, "category_id": 3, "bbox": [10, 20, -5, 6], "score": 0.5}])"));
-      }),
+  EXPECT_INPUT_ERROR(
+      LoadDetections(folder.Write(
+          "r.json",
+          R"([{"image_id": 9, "category_id": 3, "bbox": [10, 20, -5, 6], "score": 0.5}])")),
       AllOf(HasSubstr("entry 0 (a/img.jpg)"), HasSubstr("bbox")));
 }
 
-TEST(DetectionFile, WhatIsNoListIsNamed) {
-  const TempFolder folder;
+TEST_F(DetectionFileTest, WhatIsNoListIsNamed) {
   const char* files[][2] = {
       {R"({"images": [], "annotations": [], "categories": {"0": "cup"}})", "categories"},
       {R"({"images": {"id": 1}, "annotations": []})", "images"},
       {R"({"images": [], "annotations": {"id": 1}})", "annotations"}};
   for (const auto& [text, key] : files)
-    EXPECT_THAT(InputErrorOf([&, text = text] { LoadDetections(folder.Write("d.json", text)); }),
-                AllOf(HasSubstr("d.json"), HasSubstr(key), HasSubstr("expected a list")));
+    EXPECT_INPUT_ERROR(LoadDetections(folder.Write("d.json", text)),
+                       AllOf(HasSubstr("d.json"), HasSubstr(key), HasSubstr("expected a list")));
 }
 
-TEST(DetectionFile, UltralyticsPredictions) {
-  const TempFolder folder;
+TEST_F(DetectionFileTest, UltralyticsPredictions) {
   const DetectionTable table = LoadDetections(folder.Write("predictions.json", R"([
     {"image_id": 12, "file_name": "000012.jpg", "category_id": 41, "bbox": [10, 20, 5, 6], "score": 0.5},
     {"image_id": 12, "file_name": "000012.jpg", "category_id": 41, "bbox": [1, 2, 5, 6], "score": 0.5}])"));
@@ -169,8 +151,7 @@ std::string WithLabels(const std::string& labels, const std::string& more = "") 
          more + "}]}]";
 }
 
-TEST(DetectionFile, ReadsSeveralLabels) {
-  const TempFolder folder;
+TEST_F(DetectionFileTest, ReadsSeveralLabels) {
   const auto read = [&](const std::string& text) {
     return LoadDetections(folder.Write("d.json", text)).images().at(0).detections.at(0);
   };
@@ -192,7 +173,7 @@ TEST(DetectionFile, ReadsSeveralLabels) {
   EXPECT_THAT(LoadDetections(folder / "faint.json").images().at(0).detections, SizeIs(1));
 }
 
-TEST(DetectionFile, BadLabelsAreNamed) {
+TEST_F(DetectionFileTest, BadLabelsAreNamed) {
   for (const char* labels :
        {"7", "[]", "[41, 0.6]", "[[41]]", "[[41, 0.6, 1]]", "[[41, 1.6]]", "[[-1, 0.6]]",
         "[[4.5, 0.6]]", "[[\"cup\", 0.6]]", "[[41, 0.6], [41, 0.3]]", "[[41, 0], [45, 0]]"})
@@ -203,7 +184,7 @@ TEST(DetectionFile, BadLabelsAreNamed) {
               HasSubstr("category_id: 45, but the best of its labels is 41"));
 }
 
-TEST(DetectionFile, BadEntriesAreNamed) {
+TEST_F(DetectionFileTest, BadEntriesAreNamed) {
   for (const char* box : {"[5, 0, 1, 9]", "[0, 9, 4, 9]", "[0, 0, 1e7, 9]", "[0, 0, 9]",
                           "[0, 0, null, 9]", "[0, 0, \"4\", 9]"})
     EXPECT_THAT(ErrorOf(WithBox(box)),

@@ -1,19 +1,12 @@
 #include "oaslam/formats/detection_input.h"
 
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "expect_input_error.h"
 #include "temp_folder.h"
 
 namespace oaslam {
 namespace {
-
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::SizeIs;
 
 // An image of each name, of which the i-th has a box of category i.
 std::vector<ImageDetections> Boxes(const std::vector<std::string>& names) {
@@ -95,7 +88,7 @@ TEST(MatchedToImages, NumbersOfCocoResultsWithoutAList) {
   const DetectionFile file = ReadDetectionFile(path);
   EXPECT_TRUE(file.has_numbers_for_names);
   EXPECT_EQ(CategoryAt(MatchedToImages(DetectionTable(file.images), Video(5), path), "000003"), 7);
-  EXPECT_THAT(InputErrorOf([&] { CheckNames(file, path); }), HasSubstr("r.images.json"));
+  EXPECT_INPUT_ERROR(CheckNames(file, path), HasSubstr("r.images.json"));
 }
 
 TEST(MatchedToImages, WhatDoesNotFitIsRefusedWithTwoExamples) {
@@ -147,11 +140,9 @@ TEST(CocoNumbers, CategoriesGiveNames) {
   file.images[0].detections[0].category_id = 8;
   EXPECT_FALSE(RenumberByName(file.categories, CocoClassNames(), file.images));
   EXPECT_EQ(file.images[0].detections[0].category_id, 8);
-  EXPECT_THAT(
-      InputErrorOf([&] {
-        ReadDetectionFile(folder.Write(
-            "coco.json", R"({"images": [], "annotations": [], "categories": [{"id": 1}]})"));
-      }),
+  EXPECT_INPUT_ERROR(
+      ReadDetectionFile(folder.Write(
+          "coco.json", R"({"images": [], "annotations": [], "categories": [{"id": 1}]})")),
       HasSubstr("categories[0]: key \"name\" is missing"));
 }
 

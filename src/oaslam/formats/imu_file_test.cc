@@ -1,23 +1,18 @@
 #include "oaslam/formats/imu_file.h"
 
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "expect_input_error.h"
-#include "temp_folder.h"
+#include "folder_test.h"
 
 namespace oaslam {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::SizeIs;
-
 const Eigen::Quaterniond kSame = Eigen::Quaterniond::Identity();
 
-TEST(ImuFile, ReadsTheGyroscopeOfEuroc) {
-  const TempFolder folder;
+struct ImuFile : FolderTest {};
+
+TEST_F(ImuFile, ReadsTheGyroscopeOfEuroc) {
   const std::string path = folder.Write(
       "data.csv",
       "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],a_RS_S_x [m "
@@ -33,8 +28,7 @@ TEST(ImuFile, ReadsTheGyroscopeOfEuroc) {
   EXPECT_TRUE(LoadImu(path, turned)[0].in_cam.isApprox(Eigen::Vector3d(0.2, 0.1, 0.3)));
 }
 
-TEST(ImuFile, ErrorsNameTheLineAndTheBound) {
-  const TempFolder folder;
+TEST_F(ImuFile, ErrorsNameTheLineAndTheBound) {
   const auto problem = [&](const std::string& text) {
     return InputErrorOf([&] { LoadImu(folder.Write("imu.csv", text), kSame); });
   };
@@ -45,11 +39,10 @@ TEST(ImuFile, ErrorsNameTheLineAndTheBound) {
               AllOf(HasSubstr("imu.csv:2"), HasSubstr("not after the one before, 1.000000")));
   EXPECT_THAT(problem("10,0,180,0\n"),
               AllOf(HasSubstr("imu.csv:1"), HasSubstr("180 rad/s"), HasSubstr("0 to 100")));
-  EXPECT_THAT(InputErrorOf([&] { LoadImu(folder / "none.csv", kSame); }), HasSubstr("none.csv"));
+  EXPECT_INPUT_ERROR(LoadImu(folder / "none.csv", kSame), HasSubstr("none.csv"));
 }
 
-TEST(ImuFile, TimeStampsInAnotherUnitAreRefused) {
-  const TempFolder folder;
+TEST_F(ImuFile, TimeStampsInAnotherUnitAreRefused) {
   // Samples 5 ms apart after a comment, with one gap of a second.
   const auto load = [&](double unit_s) {
     std::string text = "# timestamp\n";
@@ -59,17 +52,15 @@ TEST(ImuFile, TimeStampsInAnotherUnitAreRefused) {
   };
   EXPECT_THAT(load(1e-9), SizeIs(6));
   for (const double unit_s : {1.0, 1e-3, 1e-6})
-    EXPECT_THAT(InputErrorOf([&] { load(unit_s); }),
-                AllOf(HasSubstr("imu.csv:2: "), HasSubstr("median spacing 5e-"),
-                      HasSubstr("0.0001 to 0.1 s"), HasSubstr("in ns")));
-  EXPECT_THAT(InputErrorOf([&] {
-                LoadImu(folder.Write("slow.csv", "1000000000,0,0,0\n2000000000,0,0,0\n"), kSame);
-              }),
-              AllOf(HasSubstr("slow.csv:1: "), HasSubstr("median spacing 1 s")));
+    EXPECT_INPUT_ERROR(load(unit_s),
+                       AllOf(HasSubstr("imu.csv:2: "), HasSubstr("median spacing 5e-"),
+                             HasSubstr("0.0001 to 0.1 s"), HasSubstr("in ns")));
+  EXPECT_INPUT_ERROR(
+      LoadImu(folder.Write("slow.csv", "1000000000,0,0,0\n2000000000,0,0,0\n"), kSame),
+      AllOf(HasSubstr("slow.csv:1: "), HasSubstr("median spacing 1 s")));
 }
 
-TEST(ImuFile, TheCalibrationTellsHowTheCameraLies) {
-  const TempFolder folder;
+TEST_F(ImuFile, TheCalibrationTellsHowTheCameraLies) {
   // The camera looks along the body's x axis, its x axis is against the body's y axis.
   const std::string body_from_cam = "[0, 0, 1, 0.1,  -1, 0, 0, 0.2,  0, -1, 0, 0.3,  0, 0, 0, 1]";
   const auto looks_along_x = [](const std::optional<Eigen::Quaterniond>& camera_from_imu) {
@@ -86,16 +77,13 @@ TEST(ImuFile, TheCalibrationTellsHowTheCameraLies) {
   EXPECT_FALSE(LoadCameraFromImu("fov:60"));
   EXPECT_FALSE(
       LoadCameraFromImu(folder.Write("cameras.txt", "1 PINHOLE 640 480 500 500 320 240\n")));
-  EXPECT_THAT(
-      InputErrorOf([&] {
-        LoadCameraFromImu(folder.Write("short.yaml", "T_BS: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"));
-      }),
+  EXPECT_INPUT_ERROR(
+      LoadCameraFromImu(folder.Write("short.yaml", "T_BS: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n")),
       AllOf(HasSubstr("short.yaml: T_BS"), HasSubstr("9 values, expected 16")));
-  EXPECT_THAT(InputErrorOf([&] {
-                LoadCameraFromImu(folder.Write(
-                    "mirror.yaml", "T_BS: [-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n"));
-              }),
-              AllOf(HasSubstr("mirror.yaml: T_BS"), HasSubstr("no rotation")));
+  EXPECT_INPUT_ERROR(
+      LoadCameraFromImu(
+          folder.Write("mirror.yaml", "T_BS: [-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n")),
+      AllOf(HasSubstr("mirror.yaml: T_BS"), HasSubstr("no rotation")));
 }
 
 }  // namespace

@@ -1,7 +1,5 @@
 #include "oaslam/formats/text.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/resource.h>
 
 #include <csignal>
@@ -14,7 +12,6 @@ namespace oaslam {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::HasSubstr;
 
 // Limits the size of this process's files while it exists, like a full disk.
 class FullDisk {
@@ -37,7 +34,7 @@ class FullDisk {
 };
 
 TEST(ReadTextFile, ADeviceWithoutEndIsRefused) {
-  EXPECT_THAT(InputErrorOf([] { ReadTextFile("/dev/zero"); }), HasSubstr("larger than 1024 MiB"));
+  EXPECT_INPUT_ERROR(ReadTextFile("/dev/zero"), HasSubstr("larger than 1024 MiB"));
   EXPECT_EQ(ReadTextFile("/dev/null"), "");
 }
 
@@ -55,10 +52,8 @@ TEST(WriteTextFile, AFullDiskLeavesTheOldFileWhole) {
   EXPECT_EQ(folder.Read("a.txt"), "older no more");
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}),
             1);  // nothing is left beside it
-  EXPECT_THAT(InputErrorOf([&] { WriteTextFile(folder / "no/a.txt", "x"); }),
-              HasSubstr("cannot be written"));
-  EXPECT_THAT(InputErrorOf([&] { WriteTextFile(folder.path(), "x"); }),
-              HasSubstr("cannot be written"));
+  EXPECT_INPUT_ERROR(WriteTextFile(folder / "no/a.txt", "x"), HasSubstr("cannot be written"));
+  EXPECT_INPUT_ERROR(WriteTextFile(folder.path(), "x"), HasSubstr("cannot be written"));
 }
 
 TEST(WriteTextFile, DevicesAndLinksStayWhatTheyAre) {
@@ -69,8 +64,7 @@ TEST(WriteTextFile, DevicesAndLinksStayWhatTheyAre) {
   EXPECT_EQ(folder.Read("target.txt"), "new");
   WriteTextFile("/dev/null", "x");
   EXPECT_TRUE(fs::is_character_file("/dev/null"));
-  EXPECT_THAT(InputErrorOf([&] { WriteTextFile("/dev/full", "x"); }),
-              HasSubstr("cannot be written"));
+  EXPECT_INPUT_ERROR(WriteTextFile("/dev/full", "x"), HasSubstr("cannot be written"));
 }
 
 TEST(Text, MarksOfUnicodeAreLeftOut) {

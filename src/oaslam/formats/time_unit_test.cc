@@ -1,20 +1,11 @@
 #include "oaslam/formats/time_unit.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
+#include "matchers.h"
 
 namespace oaslam {
 namespace {
 
-using testing::AllOf;
 using testing::DoubleEq;
-using testing::DoubleNear;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Not;
 
 std::vector<double> Film(double first, double step, int count = 30) {
   std::vector<double> times;

@@ -1,8 +1,6 @@
 #include "oaslam/formats/yaml.h"
 
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <functional>
@@ -14,10 +12,6 @@
 
 namespace oaslam {
 namespace {
-
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
 
 std::string Repeated(const std::string& what, int times) {
   std::string text;
@@ -45,7 +39,7 @@ TEST(Yaml, CommentsAloneAreAnEmptyMapping) {
     EXPECT_TRUE(root.IsMap()) << text;
     EXPECT_EQ(root.size(), 0) << text;
   }
-  EXPECT_THAT(InputErrorOf([] { ParseYamlMapping("- a\n", "c.yaml"); }), HasSubstr("c.yaml"));
+  EXPECT_INPUT_ERROR(ParseYamlMapping("- a\n", "c.yaml"), HasSubstr("c.yaml"));
 }
 
 TEST(Yaml, NumbersNeedOnlyBeFinite) {
@@ -53,8 +47,7 @@ TEST(Yaml, NumbersNeedOnlyBeFinite) {
   EXPECT_THAT(numbers("[1e200, -1e200]"), ElementsAre(1e200, -1e200));
   EXPECT_EQ(YamlNumber(YAML::Load("-1e200"), "c", "k"), -1e200);
   for (const char* text : {"[1, 1e999]", "[1, .inf]", "[1, .nan]"})
-    EXPECT_THAT(InputErrorOf([&] { numbers(text); }),
-                AllOf(HasSubstr("k[1]"), HasSubstr("expected a number")))
+    EXPECT_INPUT_ERROR(numbers(text), AllOf(HasSubstr("k[1]"), HasSubstr("expected a number")))
         << text;
 }
 

@@ -1,33 +1,30 @@
 #include "oaslam/images/dataset.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
 
 #include "expect_input_error.h"
+#include "folder_test.h"
 #include "oaslam/camera_file.h"
+#include "oaslam/formats/text.h"
 #include "oaslam/images/image_list.h"
 #include "oaslam/util/lower.h"
-#include "temp_folder.h"
 
 namespace oaslam {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
-
 // A folder as a dataset or recorder writes it, with three images.
 struct MadeDataset {
-  const char* layout;
+  const char *layout, *images;  // tiny ones, with blanks between their paths
   std::vector<std::pair<const char*, std::string>> files;
-  double second_time;  // of the second image
-  const char *camera, *imu;
-  size_t truth;                     // the number of poses
-  Eigen::Vector3d second_position;  // of the true poses
-  double camera_fx = 0;             // 0: there is no camera
+  struct {
+    double second_time;  // of the second image
+    const char *camera, *imu;
+    size_t truth;                     // the number of poses
+    Eigen::Vector3d second_position;  // of the true poses
+    double camera_fx = 0;             // 0: there is no camera
+  } expected;
 };
 
 const std::string kTinyImage = "P5\n2 2\n255\nabcd";
@@ -62,149 +59,76 @@ std::string ColmapImages() {
 
 const MadeDataset kMadeDatasets[] = {
     {"EuRoC",
+     "mav0/cam0/data/1.pgm mav0/cam0/data/2.pgm mav0/cam0/data/3.pgm",
      {{"mav0/cam0/data.csv",
        "#timestamp [ns],filename\n1403636579763555584,1.pgm\n1403636579813555456,2.pgm\n"
        "1403636579863555584,3.pgm\n"},
-      {"mav0/cam0/data/1.pgm", kTinyImage},
-      {"mav0/cam0/data/2.pgm", kTinyImage},
-      {"mav0/cam0/data/3.pgm", kTinyImage},
       {"mav0/cam0/sensor.yaml",
        "T_BS:\n  cols: 4\n  rows: 4\n  data: [0, -1, 0, 0.5,\n   1, 0, 0, 0,\n   0, 0, 1, 0,\n   "
-       "0, "
-       "0, 0, 1]\nresolution: [752, 480]\ncamera_model: pinhole\nintrinsics: [458, 457, 367, "
+       "0, 0, 0, 1]\nresolution: [752, 480]\ncamera_model: pinhole\nintrinsics: [458, 457, 367, "
        "248]\n"},
       {"mav0/imu0/data.csv", "#\n"},
       {"mav0/state_groundtruth_estimate0/data.csv",
        "#timestamp [ns],p_x,p_y,p_z,q_w,q_x,q_y,q_z,v\n1403636579763555584,0,0,0,1,0,0,0,9\n"
        "1403636579813555456,1,2,3,1,0,0,0,9\n"}},
-     1403636579.813555456,
-     "mav0/cam0/sensor.yaml",
-     "mav0/imu0/data.csv",
-     2,
-     {1.5, 2, 3},
-     458},
+     {1403636579.813555456, "mav0/cam0/sensor.yaml", "mav0/imu0/data.csv", 2, {1.5, 2, 3}, 458}},
     {"KITTI",
-     {{"image_0/000000.pgm", kTinyImage},
-      {"image_0/000001.pgm", kTinyImage},
-      {"image_0/000002.pgm", kTinyImage},
-      {"image_1/000000.pgm", kTinyImage},
-      {"times.txt", "0.0\n1.036224e-01\n2.0e-01\n"},
+     "image_0/000000.pgm image_0/000001.pgm image_0/000002.pgm image_1/000000.pgm",
+     {{"times.txt", "0.0\n1.036224e-01\n2.0e-01\n"},
       {"calib.txt", "P0: 718 0 607 0 0 718 185 0 0 0 1 0\n"},
       {"poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 4 0 1 0 5 0 0 1 6\n1 0 0 0 0 1 0 0 0 0 1 0\n"}},
-     0.1036224,
-     "calib.txt",
-     "",
-     3,
-     {4, 5, 6},
-     718},
+     {0.1036224, "calib.txt", "", 3, {4, 5, 6}, 718}},
     {"7-Scenes",
-     {{"frame-000000.color.png", kTinyImage},
-      {"frame-000001.color.png", kTinyImage},
-      {"frame-000002.color.png", kTinyImage},
-      {"frame-000000.depth.png", kTinyImage},
-      {"frame-000000.pose.txt", kMatrices[0]},
-      {"frame-000001.pose.txt", kMatrices[1]}},
-     1.0 / 30,
-     "",
-     "",
-     2,
-     {4, 5, 6}},
+     "frame-000000.color.png frame-000001.color.png frame-000002.color.png frame-000000.depth.png",
+     {{"frame-000000.pose.txt", kMatrices[0]}, {"frame-000001.pose.txt", kMatrices[1]}},
+     {1.0 / 30, "", "", 2, {4, 5, 6}}},
     {"ScanNet",
-     {{"color/0.jpg", kTinyImage},
-      {"color/1.jpg", kTinyImage},
-      {"color/10.jpg", kTinyImage},
-      {"depth/0.png", kTinyImage},
-      {"intrinsic/intrinsic_color.txt", "1170 0 640 0\n0 1170 480 0\n0 0 1 0\n0 0 0 1\n"},
+     "color/0.jpg color/1.jpg color/10.jpg depth/0.png",
+     {{"intrinsic/intrinsic_color.txt", "1170 0 640 0\n0 1170 480 0\n0 0 1 0\n0 0 0 1\n"},
       {"pose/0.txt", kMatrices[0]},
       {"pose/1.txt", kMatrices[1]},
       {"pose/10.txt", kMatrices[2]}},
-     1.0 / 30,
-     "intrinsic/intrinsic_color.txt",
-     "",
-     2,
-     {4, 5, 6},
-     1170},
+     {1.0 / 30, "intrinsic/intrinsic_color.txt", "", 2, {4, 5, 6}, 1170}},
     {"Record3D",
-     {{"rgbd/0.jpg", kTinyImage},
-      {"rgbd/1.jpg", kTinyImage},
-      {"rgbd/2.jpg", kTinyImage},
-      {"rgbd/0.depth", "x"},
+     "rgbd/0.jpg rgbd/1.jpg rgbd/2.jpg",
+     {{"rgbd/0.depth", "x"},
       {"metadata",
        "{\"w\": 720, \"h\": 960, \"fps\": 60, \"K\": [700, 0, 0, 0, 701, 0, 360, 480, 1], "
        "\"poses\": [[0, 0, 0, 1, 0, 0, 0], [0, 0, 0, 1, 4, 5, 6], [0, 0, 0, 1, 0, 0, 0]]}"}},
-     1.0 / 60,
-     "metadata",
-     "",
-     3,
-     {4, 5, 6},
-     700},
+     {1.0 / 60, "metadata", "", 3, {4, 5, 6}, 700}},
     {"Nerfstudio",
-     {{"images/a1.png", kTinyImage},
-      {"images/a2.png", kTinyImage},
-      {"images/a10.png", kTinyImage},
-      {"images/unused.png", kTinyImage},
-      {"transforms.json",
-       "{\"w\": 640, \"h\": 480, \"fl_x\": 500, \"frames\": ["
-       "{\"file_path\": \"images/a10.png\"}, {\"file_path\": \"images/a1.png\"}, "
-       "{\"file_path\": \"./images/a2\", "
-       "\"transform_matrix\": [[1,0,0,4],[0,1,0,5],[0,0,1,6],[0,0,0,1]]}]}"}},
-     1.0 / 30,
-     "transforms.json",
-     "",
-     1,
-     {4, 5, 6},
-     500},
+     "images/a1.png images/a2.png images/a10.png images/unused.png",
+     {{"transforms.json",
+       "{\"w\": 640, \"h\": 480, \"fl_x\": 500, \"frames\": [{\"file_path\": \"images/a10.png\"}, "
+       "{\"file_path\": \"images/a1.png\"}, {\"file_path\": \"./images/a2\", \"transform_matrix\": "
+       "[[1,0,0,4],[0,1,0,5],[0,0,1,6],[0,0,0,1]]}]}"}},
+     {1.0 / 30, "transforms.json", "", 1, {4, 5, 6}, 500}},
     {"COLMAP",
-     {{"images/a1.png", kTinyImage},
-      {"images/a2.png", kTinyImage},
-      {"images/a3.png", kTinyImage},
-      {"sparse/0/cameras.txt", "1 PINHOLE 640 480 500 500 320 240\n"},
+     "images/a1.png images/a2.png images/a3.png",
+     {{"sparse/0/cameras.txt", "1 PINHOLE 640 480 500 500 320 240\n"},
       {"sparse/0/images.txt",
        "# head\n2 0 1 0 0 -4 5 6 1 a2.png\n1 2 3\n1 1 0 0 0 0 0 0 1 a1.png\n\n"}},
-     1.0 / 30,
-     "sparse/0/cameras.txt",
-     "",
-     2,
-     {4, 5, 6},
-     500},
+     {1.0 / 30, "sparse/0/cameras.txt", "", 2, {4, 5, 6}, 500}},
     {"COLMAP",
-     {{"images/a1.png", kTinyImage},
-      {"images/a2.png", kTinyImage},
-      {"images/a3.png", kTinyImage},
-      {"sparse/0/cameras.bin", ColmapCameras()},
-      {"sparse/0/images.bin", ColmapImages()}},
-     1.0 / 30,
-     "sparse/0/cameras.bin",
-     "",
-     2,
-     {4, 5, 6},
-     500},
+     "images/a1.png images/a2.png images/a3.png",
+     {{"sparse/0/cameras.bin", ColmapCameras()}, {"sparse/0/images.bin", ColmapImages()}},
+     {1.0 / 30, "sparse/0/cameras.bin", "", 2, {4, 5, 6}, 500}},
     {"TUM",
-     {{"rgb/a.png", kTinyImage},
-      {"rgb/b.png", kTinyImage},
-      {"rgb/c.png", kTinyImage},
-      {"rgb.txt", "# color\n1.5 rgb/a.png\n1.6 rgb/b.png\n1.7 rgb/c.png\n"},
+     "rgb/a.png rgb/b.png rgb/c.png",
+     {{"rgb.txt", "# color\n1.5 rgb/a.png\n1.6 rgb/b.png\n1.7 rgb/c.png\n"},
       {"groundtruth.txt", "1.5 1 2 3 0 0 0 1\n1.6 4 5 6 0 0 0 1\n"}},
-     1.6,
-     "",
-     "",
-     2,
-     {4, 5, 6}},
+     {1.6, "", "", 2, {4, 5, 6}}},
     {"ICL-NUIM",
-     {{"rgb/0.png", kTinyImage},
-      {"rgb/1.png", kTinyImage},
-      {"rgb/2.png", kTinyImage},
-      {"associations.txt", "0 depth/0.png 0 rgb/0.png\n"},
+     "rgb/0.png rgb/1.png rgb/2.png",
+     {{"associations.txt", "0 depth/0.png 0 rgb/0.png\n"},
       {"livingRoom0.gt.freiburg", "0 1 2 3 0 0 0 1\n1 4 5 6 0 0 0 1\n7 4 5 6 0 0 0 1\n"}},
-     1.0 / 30,
-     "",
-     "",
-     2,
-     {4, 5, 6}},
+     {1.0 / 30, "", "", 2, {4, 5, 6}}},
 };
 
-void MakeDataset(const TempFolder& folder, const MadeDataset& made) {
-  for (const auto& [name, text] : made.files) folder.Write(name, text);
+void MakeDataset(const TempFolder& folder, const MadeDataset& made, const std::string& below = "") {
+  for (const std::string_view image : SplitFields(made.images))
+    folder.Write(below + std::string(image), kTinyImage);
+  for (const auto& [name, text] : made.files) folder.Write(below + name, text);
 }
 
 const MadeDataset& MadeOf(const std::string& layout) {
@@ -221,14 +145,14 @@ TEST_P(EachDataset, IsTakenByItself) {
   ASSERT_TRUE(found);
   EXPECT_EQ(found->layout, made.layout);
   ASSERT_EQ(found->images.size(), 3U);
-  EXPECT_NEAR(found->images[1].timestamp, made.second_time, 1e-6);
+  EXPECT_NEAR(found->images[1].timestamp, made.expected.second_time, 1e-6);
   for (const ListedImage& image : found->images)
     EXPECT_TRUE(std::filesystem::exists(image.path)) << image.path;
   const auto path = [&](const std::string& name) {
     return name.empty() ? "" : folder.path() + "/" + name;
   };
-  EXPECT_EQ(found->camera, path(made.camera));
-  EXPECT_EQ(found->imu, path(made.imu));
+  EXPECT_EQ(found->camera, path(made.expected.camera));
+  EXPECT_EQ(found->imu, path(made.expected.imu));
   // The reader of images takes the same.
   const auto listed = ListImages(folder.path(), {});
   ASSERT_TRUE(listed);
@@ -239,8 +163,8 @@ TEST_P(EachDataset, IsTakenByItself) {
   EXPECT_TRUE(FindDataset(folder.path(), {.dataset = Lower(made.layout)}));
   EXPECT_FALSE(FindDataset(folder.path(), {.dataset = "None"}));
   const std::string other = made.layout == std::string("KITTI") ? "tum" : "kitti";
-  EXPECT_THAT(InputErrorOf([&] { FindDataset(folder.path(), {.dataset = other}); }),
-              AllOf(HasSubstr(folder.path()), HasSubstr("--dataset " + other)));
+  EXPECT_INPUT_ERROR(FindDataset(folder.path(), {.dataset = other}),
+                     AllOf(HasSubstr(folder.path()), HasSubstr("--dataset " + other)));
 }
 
 TEST_P(EachDataset, HasItsTruthAndItsCamera) {
@@ -250,15 +174,15 @@ TEST_P(EachDataset, HasItsTruthAndItsCamera) {
   const auto found = FindDataset(folder.path(), {});
   ASSERT_TRUE(found && found->truth);
   const std::vector<StampedPose> truth = found->truth();
-  ASSERT_EQ(truth.size(), made.truth);
+  ASSERT_EQ(truth.size(), made.expected.truth);
   const StampedPose& pose = truth[truth.size() > 1 ? 1 : 0];
-  EXPECT_NEAR(pose.timestamp, made.second_time, 1e-6);
-  EXPECT_TRUE(pose.world_from_cam.translation.isApprox(made.second_position));
-  if (made.camera_fx == 0) return;
+  EXPECT_NEAR(pose.timestamp, made.expected.second_time, 1e-6);
+  EXPECT_TRUE(pose.world_from_cam.translation.isApprox(made.expected.second_position));
+  if (made.expected.camera_fx == 0) return;
   const bool has_no_size =
       made.layout == std::string("ScanNet") || made.layout == std::string("KITTI");
   const Camera camera = LoadCamera(found->camera, has_no_size ? cv::Size(1296, 968) : cv::Size());
-  EXPECT_EQ(camera.fx, made.camera_fx);
+  EXPECT_EQ(camera.fx, made.expected.camera_fx);
 }
 
 INSTANTIATE_TEST_SUITE_P(Layouts, EachDataset, testing::ValuesIn(kMadeDatasets),
@@ -268,11 +192,13 @@ INSTANTIATE_TEST_SUITE_P(Layouts, EachDataset, testing::ValuesIn(kMadeDatasets),
                            return name;
                          });
 
-TEST(Dataset, CamerasOfOpenGlAreTurned) {
+struct DatasetTest : FolderTest {};
+
+TEST_F(DatasetTest, CamerasOfOpenGlAreTurned) {
   for (const char* layout : {"Nerfstudio", "Record3D"}) {
-    const TempFolder folder;
-    MakeDataset(folder, MadeOf(layout));
-    const auto truth = FindDataset(folder.path(), {})->truth();
+    const TempFolder dataset;
+    MakeDataset(dataset, MadeOf(layout));
+    const auto truth = FindDataset(dataset.path(), {})->truth();
     // They look along -z, and their y is up.
     EXPECT_TRUE((truth[0].world_from_cam.rotation * Eigen::Vector3d(0, 1, 2))
                     .isApprox(Eigen::Vector3d(0, -1, -2)))
@@ -280,16 +206,14 @@ TEST(Dataset, CamerasOfOpenGlAreTurned) {
   }
 }
 
-TEST(Dataset, TheBodyOfEuRoCIsNoCamera) {
-  const TempFolder folder;
+TEST_F(DatasetTest, TheBodyOfEuRoCIsNoCamera) {
   MakeDataset(folder, MadeOf("EuRoC"));
   const auto truth = FindDataset(folder.path() + "/mav0", {})->truth();
   EXPECT_TRUE((truth[1].world_from_cam.rotation * Eigen::Vector3d::UnitX())
                   .isApprox(Eigen::Vector3d::UnitY()));
 }
 
-TEST(Dataset, AFilmIsNamed) {
-  const TempFolder folder;
+TEST_F(DatasetTest, AFilmIsNamed) {
   folder.Write("rgb.mp4", "x");
   folder.Write("camera_matrix.csv", "1500, 0, 960\n0, 1500, 720\n0, 0, 1\n");
   folder.Write("odometry.csv",
@@ -307,15 +231,13 @@ TEST(Dataset, AFilmIsNamed) {
   EXPECT_NEAR(truth[1].timestamp, 0.1, 1e-9);
   // It is read as a film, which this one is not.
   EXPECT_FALSE(ListImages(folder.path(), {}));
-  EXPECT_THAT(InputErrorOf([&] { OpenImages(folder.path(), {}); }), HasSubstr("rgb.mp4"));
+  EXPECT_INPUT_ERROR(OpenImages(folder.path(), {}), HasSubstr("rgb.mp4"));
 }
 
-TEST(Dataset, KittisPosesMayBeBesideItsSequences) {
-  const TempFolder folder;
-  for (const auto& [name, text] : MadeOf("KITTI").files)
-    folder.Write(
-        name == std::string("poses.txt") ? "poses/07.txt" : "sequences/07/" + std::string(name),
-        text);
+TEST_F(DatasetTest, KittisPosesMayBeBesideItsSequences) {
+  MakeDataset(folder, MadeOf("KITTI"), "sequences/07/");
+  std::filesystem::create_directory(folder / "poses");
+  std::filesystem::rename(folder / "sequences/07/poses.txt", folder / "poses/07.txt");
   for (const char* end : {"", "/"}) {
     const auto found = FindDataset(folder / ("sequences/07" + std::string(end)), {});
     ASSERT_TRUE(found && found->truth) << end;
@@ -323,27 +245,26 @@ TEST(Dataset, KittisPosesMayBeBesideItsSequences) {
   }
 }
 
-TEST(Dataset, TheRateThatIsGivenCounts) {
+TEST_F(DatasetTest, TheRateThatIsGivenCounts) {
   for (const char* layout : {"KITTI", "Record3D", "COLMAP"}) {
-    const TempFolder folder;
-    MakeDataset(folder, MadeOf(layout));
-    EXPECT_EQ(FindDataset(folder.path(), {.fps = 4})->images[1].timestamp, 0.25) << layout;
-    EXPECT_EQ(FindDataset(folder.path(), {.fps = 4})->truth()[1].timestamp, 0.25) << layout;
+    const TempFolder dataset;
+    MakeDataset(dataset, MadeOf(layout));
+    EXPECT_EQ(FindDataset(dataset.path(), {.fps = 4})->images[1].timestamp, 0.25) << layout;
+    EXPECT_EQ(FindDataset(dataset.path(), {.fps = 4})->truth()[1].timestamp, 0.25) << layout;
   }
 }
 
-TEST(Dataset, OtherSourcesAreNone) {
-  const TempFolder folder;
+TEST_F(DatasetTest, OtherSourcesAreNone) {
   folder.Write("images/1.pgm", kTinyImage);
   folder.Write("1.pgm", kTinyImage);
   EXPECT_FALSE(FindDataset(folder.path(), {}));
   EXPECT_FALSE(FindDataset(folder / "1.pgm", {}));
   EXPECT_FALSE(FindDataset(folder / "missing", {}));
   EXPECT_FALSE(FindDataset(folder.path(), {.follow = FollowOptions{}}));
-  EXPECT_THAT(InputErrorOf([&] { FindDataset(folder.path(), {.dataset = "kiti"}); }),
-              AllOf(HasSubstr("--dataset kiti"), HasSubstr("KITTI"), HasSubstr("none")));
-  EXPECT_THAT(InputErrorOf([&] { FindDataset(folder / "1.pgm", {.dataset = "kitti"}); }),
-              HasSubstr("no folder in that layout"));
+  EXPECT_INPUT_ERROR(FindDataset(folder.path(), {.dataset = "kiti"}),
+                     AllOf(HasSubstr("--dataset kiti"), HasSubstr("KITTI"), HasSubstr("none")));
+  EXPECT_INPUT_ERROR(FindDataset(folder / "1.pgm", {.dataset = "kitti"}),
+                     HasSubstr("no folder in that layout"));
 }
 
 // What is wrong with a dataset after one of its files was replaced. `with_truth`: its poses are
@@ -359,7 +280,7 @@ std::string ProblemOf(const char* layout, const char* file, const std::string& t
   });
 }
 
-TEST(Dataset, DamagedFilesAreNamed) {
+TEST_F(DatasetTest, DamagedFilesAreNamed) {
   EXPECT_THAT(ProblemOf("KITTI", "times.txt", "0\n1\n"),
               AllOf(HasSubstr("times.txt: 2 times"), HasSubstr("image_0 has 3 images"),
                     HasSubstr("KITTI; --dataset none")));
@@ -384,15 +305,15 @@ TEST(Dataset, DamagedFilesAreNamed) {
   const TempFolder empty, scene;
   empty.Write("image_0/readme.txt", "none");
   empty.Write("times.txt", "0\n");
-  EXPECT_THAT(InputErrorOf([&] { FindDataset(empty.path(), {}); }),
-              AllOf(HasSubstr(empty.path()), HasSubstr("KITTI, but no images")));
+  EXPECT_INPUT_ERROR(FindDataset(empty.path(), {}),
+                     AllOf(HasSubstr(empty.path()), HasSubstr("KITTI, but no images")));
   scene.Write("seq-01/frame-000000.color.png", kTinyImage);
   scene.Write("TrainSplit.txt", "sequence1\n");
-  EXPECT_THAT(InputErrorOf([&] { FindDataset(scene.path(), {}); }),
-              AllOf(HasSubstr("one of its sequences"), HasSubstr("seq-01")));
+  EXPECT_INPUT_ERROR(FindDataset(scene.path(), {}),
+                     AllOf(HasSubstr("one of its sequences"), HasSubstr("seq-01")));
 }
 
-TEST(Dataset, DamagedPosesAreNamed) {
+TEST_F(DatasetTest, DamagedPosesAreNamed) {
   EXPECT_THAT(ProblemOf("KITTI", "poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n", true),
               AllOf(HasSubstr("poses.txt: 1 poses"), HasSubstr("3 images")));
   EXPECT_THAT(ProblemOf("7-Scenes", "frame-000001.pose.txt", "1 0 0\n", true),

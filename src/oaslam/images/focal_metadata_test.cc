@@ -7,16 +7,17 @@
 
 #include "exif_jpeg.h"
 #include "ffmpeg.h"
+#include "folder_test.h"
 #include "oaslam/image_source.h"
-#include "temp_folder.h"
 
 namespace oaslam {
 namespace {
 
 const cv::Mat kImage(48, 64, CV_8UC3, cv::Scalar::all(90));
 
-TEST(FocalLength35mm, OfAnImageInEitherByteOrder) {
-  const TempFolder folder;
+struct FocalLength35mmTest : FolderTest {};
+
+TEST_F(FocalLength35mmTest, OfAnImageInEitherByteOrder) {
   for (const bool big_endian : {false, true}) {
     const std::string path = folder.Write(
         "a.jpg", JpegWithExif(kImage, {.focal_length_35mm = 26, .big_endian = big_endian}));
@@ -24,17 +25,15 @@ TEST(FocalLength35mm, OfAnImageInEitherByteOrder) {
   }
 }
 
-TEST(FocalLength35mm, OfAFolderOrAListThatOfItsFirstImage) {
-  const TempFolder folder;
+TEST_F(FocalLength35mmTest, OfAFolderOrAListThatOfItsFirstImage) {
   folder.Write("images/2.jpg", JpegWithExif(kImage, {.focal_length_35mm = 24}));
   folder.Write("images/10.jpg", JpegWithExif(kImage, {.focal_length_35mm = 77}));
   EXPECT_EQ(FocalLength35mm(folder / "images"), 24);
   EXPECT_EQ(FocalLength35mm(folder.Write("list.txt", "images/10.jpg\nimages/2.jpg\n")), 77);
 }
 
-TEST(FocalLength35mm, OfAVideoThatOfItsContainer) {
+TEST_F(FocalLength35mmTest, OfAVideoThatOfItsContainer) {
   OASLAM_SKIP_WITHOUT_ENCODER("mpeg4");
-  const TempFolder folder;
   const std::string source = "-f lavfi -i testsrc=size=160x120:rate=30:duration=0.2 -c:v mpeg4 ";
   ASSERT_TRUE(RunFfmpeg(source +
                         "-movflags use_metadata_tags "
@@ -45,8 +44,7 @@ TEST(FocalLength35mm, OfAVideoThatOfItsContainer) {
   EXPECT_FALSE(FocalLength35mm(folder / "b.mov"));
 }
 
-TEST(FocalLength35mm, NothingWhereNothingIsStated) {
-  const TempFolder folder;
+TEST_F(FocalLength35mmTest, NothingWhereNothingIsStated) {
   EXPECT_FALSE(
       FocalLength35mm(folder.Write("unknown.jpg", JpegWithExif(kImage, {.focal_length_35mm = 0}))));
   EXPECT_FALSE(
@@ -63,7 +61,7 @@ TEST(FocalLength35mm, NothingWhereNothingIsStated) {
   EXPECT_FALSE(FocalLength35mm("webcam:0"));
 }
 
-TEST(FocalLength35mm, RefersToTheDiagonal) {
+TEST_F(FocalLength35mmTest, RefersToTheDiagonal) {
   EXPECT_DOUBLE_EQ(kFrameDiagonal35mm, std::hypot(36.0, 24.0));
 }
 

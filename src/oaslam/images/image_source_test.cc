@@ -1,8 +1,6 @@
 #include "oaslam/image_source.h"
 
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <filesystem>
@@ -11,15 +9,11 @@
 
 #include "exif_jpeg.h"
 #include "expect_input_error.h"
+#include "folder_test.h"
 #include "oaslam/images/image_files.h"
-#include "temp_folder.h"
 
 namespace oaslam {
 namespace {
-
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
 
 // A binary PGM of one grey level.
 std::string Pgm(int width, int height, char level) {
@@ -41,8 +35,9 @@ std::vector<std::string> Names(const std::vector<InputImage>& images) {
   return names;
 }
 
-TEST(ImageSource, FolderInNaturalOrder) {
-  const TempFolder folder;
+struct ImageSourceTest : FolderTest {};
+
+TEST_F(ImageSourceTest, FolderInNaturalOrder) {
   for (const char* name : {"10.pgm", "2.pgm", "1.PGM", "b.pgm", "notes.txt"})
     folder.Write(name, Pgm(8, 6, 50));
   const auto images = ReadAll(folder.path(), {.fps = 10});
@@ -59,8 +54,7 @@ std::vector<double> Times(const std::vector<InputImage>& images) {
   return times;
 }
 
-TEST(ImageSource, NamesThatAreTimesGiveOrderAndTimes) {
-  const TempFolder folder;
+TEST_F(ImageSourceTest, NamesThatAreTimesGiveOrderAndTimes) {
   for (const char* name :
        {"1500000000.0.pgm", "1500000000.1.pgm", "1500000000.033333.pgm", "1500000000.066667.pgm"})
     folder.Write(std::string("d/") + name, Pgm(8, 6, 50));
@@ -82,8 +76,7 @@ TEST(ImageSource, NamesThatAreTimesGiveOrderAndTimes) {
   EXPECT_THAT(Times(ReadAll(folder / "e")), ElementsAre(9.9, 9.95, 10.0));
 }
 
-TEST(ImageSource, UnitsOfTime) {
-  const TempFolder folder;
+TEST_F(ImageSourceTest, UnitsOfTime) {
   const auto list = [&](double first, double step) {
     std::string text;
     for (int i = 0; i < 12; ++i) text += fmt::format("{:.6f} a.pgm\n", first + i * step);
@@ -112,12 +105,11 @@ TEST(ImageSource, UnitsOfTime) {
   const auto named = ReadAll(folder / "ns");
   EXPECT_NEAR(named[1].timestamp - named[0].timestamp, 0.05, 1e-6);
   folder.Write("x/a.pgm", Pgm(8, 6, 50));
-  EXPECT_THAT(InputErrorOf([&] { OpenImages(folder / "x", {.time_unit = 1e-3}); }),
-              HasSubstr("names of the images are no times"));
+  EXPECT_INPUT_ERROR(OpenImages(folder / "x", {.time_unit = 1e-3}),
+                     HasSubstr("names of the images are no times"));
 }
 
-TEST(ImageSource, HelperFilesAreNoImages) {
-  const TempFolder folder;
+TEST_F(ImageSourceTest, HelperFilesAreNoImages) {
   const std::string apple_double("\0\5\26\7\0\2\0\0Mac OS X        ", 24);
   for (const char* name : {"000000.pgm", "000001.pgm", "000002.pgm"})
     folder.Write(name, Pgm(8, 6, 50));
@@ -139,8 +131,7 @@ TEST(ImageSource, HelperFilesAreNoImages) {
   EXPECT_DOUBLE_EQ(listed[1].timestamp, 1.0 / 30);
 }
 
-TEST(ImageSource, DamagedImagesKeepTheirPlace) {
-  const TempFolder folder;
+TEST_F(ImageSourceTest, DamagedImagesKeepTheirPlace) {
   folder.Write("0.pgm", Pgm(8, 6, 50));
   folder.Write("1.pgm", "");                      // the disk was full
   folder.Write("2.pgm", std::string(100, '\0'));  // power failed
@@ -153,8 +144,7 @@ TEST(ImageSource, DamagedImagesKeepTheirPlace) {
   EXPECT_DOUBLE_EQ(images[4].timestamp, 4.0 / 30);
 }
 
-TEST(ImageSource, WhatIsNoTextIsNoList) {
-  const TempFolder folder;
+TEST_F(ImageSourceTest, WhatIsNoTextIsNoList) {
   const auto error = [&](const std::string& source) {
     return InputErrorOf([&] { OpenImages(source, {}); });
   };
@@ -177,8 +167,7 @@ TEST(ImageSource, WhatIsNoTextIsNoList) {
   EXPECT_LT(message.size(), 300);
 }
 
-TEST(ImageSource, LinksThatLeadNowhere) {
-  const TempFolder folder;
+TEST_F(ImageSourceTest, LinksThatLeadNowhere) {
   std::filesystem::create_symlink("self.png", folder / "self.png");
   std::filesystem::create_symlink("gone.png", folder / "link.png");
   const auto error = [&](const std::string& source) {
@@ -192,8 +181,7 @@ TEST(ImageSource, LinksThatLeadNowhere) {
   EXPECT_TRUE(images[1].image.empty());
 }
 
-TEST(ImageSource, Associations) {
-  const TempFolder folder;
+TEST_F(ImageSourceTest, Associations) {
   folder.Write("rgb/1.pgm", Pgm(8, 6, 50));
   for (const char* line :
        {"1.5 rgb/1.pgm 1.52 depth/1.png\n", "1.52 depth/1.png 1.5 rgb/1.pgm\n"}) {
@@ -204,8 +192,7 @@ TEST(ImageSource, Associations) {
   }
 }
 
-TEST(ImageSource, TumFolderWithAMissingAndABrokenImage) {
-  const TempFolder folder;
+TEST_F(ImageSourceTest, TumFolderWithAMissingAndABrokenImage) {
   folder.Write("rgb/a b.pgm", Pgm(8, 6, 50));
   folder.Write("rgb/broken.png", "no image");
   folder.Write("rgb.txt",
@@ -218,8 +205,7 @@ TEST(ImageSource, TumFolderWithAMissingAndABrokenImage) {
   EXPECT_EQ(images[2].timestamp, 1.4);  // as given, even backwards: the caller decides
 }
 
-TEST(ImageSource, ListOfPathsAndRange) {
-  const TempFolder folder;
+TEST_F(ImageSourceTest, ListOfPathsAndRange) {
   for (const char* name : {"x.pgm", "y.pgm", "z.pgm"}) folder.Write(name, Pgm(4, 4, 9));
   const std::string list = folder.Write("list.txt", "x.pgm\ny.pgm\n" + (folder / "z.pgm") + "\n");
   const auto images = ReadAll(list, {.from = 1, .to = 10});
@@ -230,8 +216,7 @@ TEST(ImageSource, ListOfPathsAndRange) {
   EXPECT_THAT(Names(ReadAll(list, {.to = 1})), ElementsAre("x.pgm"));
 }
 
-TEST(ImageSource, ListsWithAHeaderOrThePathFirst) {
-  const TempFolder folder;
+TEST_F(ImageSourceTest, ListsWithAHeaderOrThePathFirst) {
   for (const char* name : {"x 1.pgm", "y.pgm"}) folder.Write(name, Pgm(4, 4, 9));
   for (const char* text :
        {"timestamp,filename\n0.5,x 1.pgm\n0.75,y.pgm\n", "x 1.pgm 0.5\r\ny.pgm 0.75\r\n",
@@ -245,25 +230,22 @@ TEST(ImageSource, ListsWithAHeaderOrThePathFirst) {
   }
 }
 
-TEST(ImageSource, WhereTheImagesAreIsSaid) {
-  const TempFolder folder;
+TEST_F(ImageSourceTest, WhereTheImagesAreIsSaid) {
   folder.Write("cam0/data/1.pgm", Pgm(4, 4, 9));
   folder.Write("cam1/data/1.pgm", Pgm(4, 4, 9));
-  EXPECT_THAT(InputErrorOf([&] { ReadAll(folder.path()); }),
-              AllOf(HasSubstr("no images"), HasSubstr(folder / "cam0/data")));
+  EXPECT_INPUT_ERROR(ReadAll(folder.path()),
+                     AllOf(HasSubstr("no images"), HasSubstr(folder / "cam0/data")));
   for (const char* pattern : {"cam0/data/%06d.png", "cam0/data/*.png"})
-    EXPECT_THAT(InputErrorOf([&] { ReadAll(folder / pattern); }),
-                AllOf(HasSubstr("no such file"), HasSubstr("give the folder")));
+    EXPECT_INPUT_ERROR(ReadAll(folder / pattern),
+                       AllOf(HasSubstr("no such file"), HasSubstr("give the folder")));
 }
 
-TEST(ImageSource, ListsFindNamesInEitherNormalForm) {
-  const TempFolder folder;
+TEST_F(ImageSourceTest, ListsFindNamesInEitherNormalForm) {
   folder.Write("u\xCC\x88.pgm", Pgm(4, 4, 9));
   EXPECT_FALSE(ReadAll(folder.Write("list.txt", "0.5 ü.pgm\n"))[0].image.empty());
 }
 
-TEST(ImageSource, ExifOrientationIsAppliedWhereAskedFor) {
-  const TempFolder folder;
+TEST_F(ImageSourceTest, ExifOrientationIsAppliedWhereAskedFor) {
   cv::Mat image(48, 64, CV_8UC3, cv::Scalar::all(20));
   image.colRange(0, 32).setTo(240);
   // A portrait image as phones store it.
@@ -280,8 +262,7 @@ TEST(ImageSource, ExifOrientationIsAppliedWhereAskedFor) {
   }
 }
 
-TEST(ImageSource, BadInputIsNamed) {
-  const TempFolder folder;
+TEST_F(ImageSourceTest, BadInputIsNamed) {
   const auto error = [](const std::string& source, const ImageSourceOptions& options = {}) {
     return InputErrorOf([&] { OpenImages(source, options); });
   };

@@ -1,6 +1,3 @@
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <chrono>
 #include <condition_variable>
 #include <filesystem>
@@ -9,15 +6,12 @@
 #include <thread>
 
 #include "expect_input_error.h"
+#include "folder_test.h"
 #include "oaslam/images/followed_folder.h"
 #include "oaslam/latest_image.h"
-#include "temp_folder.h"
 
 namespace oaslam {
 namespace {
-
-using testing::ElementsAre;
-using testing::HasSubstr;
 
 std::string Pgm(char level) { return std::string("P5\n4 4\n255\n").append(16, level); }
 
@@ -28,8 +22,9 @@ ImageSourceOptions Following(double quiet_s = 0, std::function<bool()> stopped =
   return options;
 }
 
-TEST(FollowedFolder, TakesWhatIsThereAndWhatComesUntilTheStopFile) {
-  const TempFolder folder;
+struct FollowedFolderTest : FolderTest {};
+
+TEST_F(FollowedFolderTest, TakesWhatIsThereAndWhatComesUntilTheStopFile) {
   for (const char* name : {"10.pgm", "9.pgm", "notes.txt"}) folder.Write(name, Pgm(1));
   const auto source = OpenImages(folder.path(), Following());
   EXPECT_EQ(source->size(), -1);
@@ -51,8 +46,7 @@ TEST(FollowedFolder, TakesWhatIsThereAndWhatComesUntilTheStopFile) {
   EXPECT_FALSE(source->Next());
 }
 
-TEST(FollowedFolder, AnImageThatWasNotWholeComesAgainWhenItIs) {
-  const TempFolder folder;
+TEST_F(FollowedFolderTest, AnImageThatWasNotWholeComesAgainWhenItIs) {
   folder.Write("1.pgm", "P5\n4 4");
   const auto source = OpenImages(folder.path(), Following());
   EXPECT_TRUE(source->Next()->image.empty());
@@ -62,8 +56,7 @@ TEST(FollowedFolder, AnImageThatWasNotWholeComesAgainWhenItIs) {
   EXPECT_EQ(whole->index, 0);  // not used up by the incomplete one
 }
 
-TEST(FollowedFolder, NamesThatAreTimesGiveTheTimes) {
-  const TempFolder folder;
+TEST_F(FollowedFolderTest, NamesThatAreTimesGiveTheTimes) {
   for (const char* name : {"9.966667.pgm", "9.933333.pgm", "._9.9.pgm"}) folder.Write(name, Pgm(1));
   const auto source = OpenImages(folder.path(), Following());
   EXPECT_EQ(source->Next()->timestamp, 9.933333);
@@ -75,11 +68,10 @@ TEST(FollowedFolder, NamesThatAreTimesGiveTheTimes) {
   EXPECT_EQ(source->Next()->timestamp, 10.0);
   EXPECT_EQ(source->Next()->timestamp, 10.033333);
   folder.Write("10033.333.pgm", Pgm(1));
-  EXPECT_THAT(InputErrorOf([&] { source->Next(); }), HasSubstr("median step"));
+  EXPECT_INPUT_ERROR(source->Next(), HasSubstr("median step"));
 }
 
-TEST(FollowedFolder, WhatCameDuringLongWorkIsTaken) {
-  const TempFolder folder;
+TEST_F(FollowedFolderTest, WhatCameDuringLongWorkIsTaken) {
   folder.Write("a.pgm", Pgm(1));
   const auto source = OpenImages(folder.path(), Following(0.1));
   EXPECT_EQ(source->Next()->name, "a.pgm");
@@ -91,8 +83,7 @@ TEST(FollowedFolder, WhatCameDuringLongWorkIsTaken) {
   EXPECT_FALSE(source->Next());
 }
 
-TEST(FollowedFolder, EndsByItself) {
-  const TempFolder folder;
+TEST_F(FollowedFolderTest, EndsByItself) {
   EXPECT_FALSE(OpenImages(folder.path(), Following(0.2))->Next());  // quiet
   EXPECT_FALSE(
       OpenImages(folder.path(), Following(0, [] { return true; }))->Next());  // told to stop
@@ -107,8 +98,7 @@ TEST(FollowedFolder, EndsByItself) {
   EXPECT_FALSE(gone->Next());
 }
 
-TEST(FollowedFolder, RangeAndBadInput) {
-  const TempFolder folder;
+TEST_F(FollowedFolderTest, RangeAndBadInput) {
   for (const char* name : {"a.pgm", "b.pgm", "c.pgm"}) folder.Write(name, Pgm(1));
   ImageSourceOptions options = Following();
   options.from = 1;
@@ -116,15 +106,12 @@ TEST(FollowedFolder, RangeAndBadInput) {
   const auto source = OpenImages(folder.path(), options);
   EXPECT_EQ(source->Next()->name, "b.pgm");
   EXPECT_FALSE(source->Next());
-  EXPECT_THAT(InputErrorOf([&] { OpenImages(folder / "a.pgm", Following()); }),
-              HasSubstr("--follow"));
-  EXPECT_THAT(InputErrorOf([&] { OpenImages(folder / "nowhere", Following()); }),
-              HasSubstr("--follow"));
-  EXPECT_THAT(InputErrorOf([&] { OpenImages("webcam:0", Following()); }), HasSubstr("--follow"));
-  EXPECT_THAT(InputErrorOf([&] { OpenImages(folder.path(), Following(-1)); }),
-              HasSubstr("--follow -1"));
+  EXPECT_INPUT_ERROR(OpenImages(folder / "a.pgm", Following()), HasSubstr("--follow"));
+  EXPECT_INPUT_ERROR(OpenImages(folder / "nowhere", Following()), HasSubstr("--follow"));
+  EXPECT_INPUT_ERROR(OpenImages("webcam:0", Following()), HasSubstr("--follow"));
+  EXPECT_INPUT_ERROR(OpenImages(folder.path(), Following(-1)), HasSubstr("--follow -1"));
   folder.Write("rgb.txt", "1.0 a.pgm\n");
-  EXPECT_THAT(InputErrorOf([&] { OpenImages(folder.path(), Following()); }), HasSubstr("rgb.txt"));
+  EXPECT_INPUT_ERROR(OpenImages(folder.path(), Following()), HasSubstr("rgb.txt"));
 }
 
 // A camera that delivers an image when the test requests it.
@@ -200,7 +187,7 @@ TEST(LatestImageSource, FailsOnTheReadersThread) {
   auto owned = std::make_unique<FakeCamera>(true);
   owned->SwitchOff();
   LatestImageSource source(std::move(owned));
-  EXPECT_THAT(InputErrorOf([&] { source.Next(); }), HasSubstr("cable"));
+  EXPECT_INPUT_ERROR(source.Next(), HasSubstr("cable"));
   EXPECT_FALSE(source.Next());
 }
 
@@ -224,7 +211,7 @@ TEST(LatestImageSource, StopEndsAWaitingNext) {
 }
 
 TEST(LatestImageSource, NeedsASource) {
-  EXPECT_THAT(InputErrorOf([] { LatestImageSource(nullptr); }), HasSubstr("no source"));
+  EXPECT_INPUT_ERROR(LatestImageSource(nullptr), HasSubstr("no source"));
 }
 
 TEST(LatestImageSource, MayBeGivenUpAtAnyTime) {

@@ -1,5 +1,3 @@
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <libheif/heif.h>
 
 #include <opencv2/imgcodecs.hpp>
@@ -7,21 +5,16 @@
 
 #include "exif_jpeg.h"
 #include "expect_input_error.h"
+#include "folder_test.h"
 #include "oaslam/image_source.h"
 #include "oaslam/images/bit_depth.h"
 #include "oaslam/images/exif_orientation.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/sensor_data.h"
 #include "oaslam/util/log.h"
-#include "temp_folder.h"
 
 namespace oaslam {
 namespace {
-
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
 
 // A photo of 96 x 64 pixels, red at the left, which is turned clockwise to be upright; false where
 // this system has no encoder for it.
@@ -173,8 +166,9 @@ cv::Mat Mosaic(const cv::Mat& scene) {
   return mosaic;
 }
 
-TEST(SensorData, IsRecognisedByItsPixels) {
-  const TempFolder folder;
+struct SensorData : FolderTest {};
+
+TEST_F(SensorData, IsRecognisedByItsPixels) {
   cv::Mat scene(120, 160, CV_8UC3), grey, noise(120, 160, CV_8UC1), deep;
   cv::randu(scene, 0, 255);
   cv::GaussianBlur(scene, scene, {}, 4);
@@ -192,37 +186,33 @@ TEST(SensorData, IsRecognisedByItsPixels) {
   EXPECT_FALSE(IsBayerMosaic(lines));
   cv::imwrite(folder / "m.png", mosaic);
   for (const bool color : {false, true})
-    EXPECT_THAT(InputErrorOf([&] { OpenImages(folder / "m.png", {.color = color})->Next(); }),
-                AllOf(HasSubstr("m.png"), HasSubstr("Bayer"), HasSubstr("develop")));
+    EXPECT_INPUT_ERROR(OpenImages(folder / "m.png", {.color = color})->Next(),
+                       AllOf(HasSubstr("m.png"), HasSubstr("Bayer"), HasSubstr("develop")));
 }
 
-TEST(SensorData, IsRecognisedByNames) {
+TEST_F(SensorData, IsRecognisedByNames) {
   for (const char* name : {"cam/bayer_rggb8/1.png", "left_bayer_GRBG16.pgm", "bayer_bggr/a.tiff"})
     EXPECT_TRUE(IsNamedBayer(name)) << name;
   for (const char* name : {"bayern/1.png", "bayer/1.png", "bayer_leverkusen.jpg"})
     EXPECT_FALSE(IsNamedBayer(name)) << name;
-  const TempFolder folder;
   cv::imwrite(folder.Write("bayer_rggb8/1.png", ""), cv::Mat(40, 40, CV_8UC1, cv::Scalar(90)));
-  EXPECT_THAT(InputErrorOf([&] { OpenImages(folder / "bayer_rggb8", {})->Next(); }),
-              HasSubstr("Bayer"));
+  EXPECT_INPUT_ERROR(OpenImages(folder / "bayer_rggb8", {})->Next(), HasSubstr("Bayer"));
   // In colour it has been developed.
   cv::imwrite(folder / "bayer_rggb8/1.png", cv::Mat(40, 40, CV_8UC3, cv::Scalar(90, 1, 1)));
   EXPECT_TRUE(OpenImages(folder / "bayer_rggb8", {})->Next());
 }
 
-TEST(SensorData, OfPhotosIsRefused) {
-  const TempFolder folder;
+TEST_F(SensorData, OfPhotosIsRefused) {
   folder.Write("IMG_1.DNG", "II*");
   const std::string list = folder.Write("list.txt", "1.5 IMG_1.DNG\n");
   for (const std::string& source : {folder.path(), folder / "IMG_1.DNG", list})
-    EXPECT_THAT(InputErrorOf([&] { OpenImages(source, {}); }),
-                AllOf(HasSubstr("IMG_1.DNG"), HasSubstr("develop")));
+    EXPECT_INPUT_ERROR(OpenImages(source, {}), AllOf(HasSubstr("IMG_1.DNG"), HasSubstr("develop")));
   // Beside a photo it is the same view again.
   cv::imwrite(folder / "IMG_1.JPG", cv::Mat(40, 40, CV_8UC3, cv::Scalar::all(90)));
   EXPECT_EQ(ListImages(folder.path(), {})->size(), 1U);
 }
 
-TEST(SensorData, OfATiffIsToldByItsTags) {
+TEST_F(SensorData, OfATiffIsToldByItsTags) {
   const auto tiff = [](bool big_endian, uint16_t tag, uint16_t value) {
     std::string text = big_endian ? "MM" : "II";
     const auto put = [&](uint32_t number, int bytes) {
@@ -240,10 +230,8 @@ TEST(SensorData, OfATiffIsToldByItsTags) {
     EXPECT_FALSE(is_raw(tiff(big_endian, 262, 1)));
     for (size_t length = 0; length < 20; ++length) EXPECT_FALSE(is_raw(cfa.substr(0, length)));
   }
-  const TempFolder folder;
   const std::string path = folder.Write("a.tif", tiff(false, 262, 32803));
-  EXPECT_THAT(InputErrorOf([&] { OpenImages(path, {})->Next(); }),
-              AllOf(HasSubstr("a.tif"), HasSubstr("Bayer")));
+  EXPECT_INPUT_ERROR(OpenImages(path, {})->Next(), AllOf(HasSubstr("a.tif"), HasSubstr("Bayer")));
   cv::imwrite(path, cv::Mat(40, 40, CV_8UC1, cv::Scalar(90)));
   EXPECT_TRUE(OpenImages(path, {})->Next());
 }

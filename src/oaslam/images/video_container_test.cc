@@ -1,14 +1,10 @@
 #include "oaslam/images/video_container.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <vector>
+#include "matchers.h"
 
 namespace oaslam {
 namespace {
 
-using testing::DoubleNear;
 using testing::Pointwise;
 
 TEST(SpreadEqualTimes, UpToTheNextOne) {

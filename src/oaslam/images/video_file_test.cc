@@ -1,24 +1,20 @@
 #include "oaslam/images/video_file.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <filesystem>
 #include <optional>
 
 #include "expect_input_error.h"
+#include "folder_test.h"
 #include "oaslam/image_source.h"
-#include "temp_folder.h"
 
 namespace oaslam {
 namespace {
 
-using ::testing::HasSubstr;
-
 cv::Mat Picture(int brightness) { return {121, 161, CV_8UC3, cv::Scalar::all(brightness)}; }
 
-TEST(VideoFile, IsReadAsItWasWritten) {
-  const TempFolder folder;
+struct VideoFileTest : FolderTest {};
+
+TEST_F(VideoFileTest, IsReadAsItWasWritten) {
   for (const int count : {1, 5, 40}) {  // fewer than tell the rate, and more
     const std::string path = folder / "a.mp4";
     {
@@ -37,14 +33,12 @@ TEST(VideoFile, IsReadAsItWasWritten) {
   }
 }
 
-TEST(VideoFile, WithoutPicturesLeavesNothing) {
-  const TempFolder folder;
+TEST_F(VideoFileTest, WithoutPicturesLeavesNothing) {
   VideoFile(folder / "a.mp4").Finish();
   EXPECT_FALSE(std::filesystem::exists(folder / "a.mp4"));
 }
 
-TEST(VideoFile, RefusesWhatCannotBeWritten) {
-  const TempFolder folder;
+TEST_F(VideoFileTest, RefusesWhatCannotBeWritten) {
   const auto refusal = [](const std::string& path) {
     return InputErrorOf([&] { const VideoFile video(path); });
   };

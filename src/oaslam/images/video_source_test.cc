@@ -1,13 +1,9 @@
 #include "oaslam/images/video_source.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cstdarg>
 #include <functional>
-#include <string>
 #include <vector>
 
 extern "C" {
@@ -16,19 +12,14 @@ extern "C" {
 
 #include "expect_input_error.h"
 #include "ffmpeg.h"
+#include "folder_test.h"
 #include "oaslam/images/video_container.h"
 #include "oaslam/images/video_file.h"
 #include "oaslam/util/log.h"
-#include "temp_folder.h"
 
 namespace oaslam {
 namespace {
 
-using testing::AllOf;
-using testing::DoubleNear;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
 using testing::Pointwise;
 
 constexpr double kMillisecond = 1e-3;  // Matroska holds no finer times
@@ -80,9 +71,10 @@ void Overwrite(std::string& bytes, size_t at, const std::string& by) {
   std::copy(by.begin(), by.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at));
 }
 
-TEST(VideoSource, TimesAreThoseStored) {
+struct VideoSourceTest : FolderTest {};
+
+TEST_F(VideoSourceTest, TimesAreThoseStored) {
   OASLAM_SKIP_WITHOUT_ENCODER("libx264");
-  const TempFolder folder;
   const std::string make = Picture("160x120") + kIrregular + "-c:v libx264 -bf 3 ";
   // In MP4 an edit list moves them to 0, in the others they begin elsewhere.
   for (const std::string name : {"a.mp4", "a.mkv", "a.ts", "late.mp4", "late.mkv"}) {
@@ -103,9 +95,8 @@ TEST(VideoSource, TimesAreThoseStored) {
               Pointwise(DoubleNear(1e-9), RegularTimes(static_cast<int>(times.size()), 10)));
 }
 
-TEST(VideoSource, OtherVideoStreamsAreSaid) {
+TEST_F(VideoSourceTest, OtherVideoStreamsAreSaid) {
   OASLAM_SKIP_WITHOUT_ENCODER("libx264");
-  const TempFolder folder;
   ASSERT_TRUE(RunFfmpeg(Picture("144x108", 0.2) + Picture("96x64", 0.2) +
                         "-map 0 -map 1 -c:v libx264 " + folder / "two.mkv"));
   const Film film = Watch(folder / "two.mkv");
@@ -114,9 +105,8 @@ TEST(VideoSource, OtherVideoStreamsAreSaid) {
                                                HasSubstr("the first is taken"))));
 }
 
-TEST(VideoSource, PixelsAreMadeSquare) {
+TEST_F(VideoSourceTest, PixelsAreMadeSquare) {
   OASLAM_SKIP_WITHOUT_ENCODER("libx264");
-  const TempFolder folder;
   const auto watch = [&](const std::string& name, const std::string& filter) {
     EXPECT_TRUE(
         RunFfmpeg(Picture("144x108", 0.2) + "-vf " + filter + " -c:v libx264 " + folder / name));
@@ -139,9 +129,8 @@ TEST(VideoSource, PixelsAreMadeSquare) {
   EXPECT_EQ(Watch(folder.Write("turned.mp4", bytes)).sizes.front(), cv::Size(108, 192));
 }
 
-TEST(VideoSource, WhatAnEditListLeavesOutIsNotCounted) {
+TEST_F(VideoSourceTest, WhatAnEditListLeavesOutIsNotCounted) {
   OASLAM_SKIP_WITHOUT_ENCODER("libx264");
-  const TempFolder folder;
   ASSERT_TRUE(RunFfmpeg(Picture("160x120") + "-c:v libx264 -g 20 -keyint_min 20 -sc_threshold 0 " +
                         folder / "whole.mp4"));
   ASSERT_TRUE(RunFfmpeg("-ss 0.9 -i " + folder / "whole.mp4" + " -c copy " + folder / "cut.mp4"));
@@ -150,9 +139,8 @@ TEST(VideoSource, WhatAnEditListLeavesOutIsNotCounted) {
   EXPECT_THAT(film.warnings, IsEmpty());
 }
 
-TEST(VideoSource, ImagesThatCannotBeDecodedTakeTheirTimesWithThem) {
+TEST_F(VideoSourceTest, ImagesThatCannotBeDecodedTakeTheirTimesWithThem) {
   OASLAM_SKIP_WITHOUT_ENCODER("libx265");
-  const TempFolder folder;
   // Begins with images that depend on others before the cut.
   ASSERT_TRUE(RunFfmpeg(
       Picture("160x120") +
@@ -166,9 +154,8 @@ TEST(VideoSource, ImagesThatCannotBeDecodedTakeTheirTimesWithThem) {
   EXPECT_THAT(film.warnings, ElementsAre(HasSubstr("images could not be decoded")));
 }
 
-TEST(VideoSource, GoesOnBehindADamagedImage) {
+TEST_F(VideoSourceTest, GoesOnBehindADamagedImage) {
   OASLAM_SKIP_WITHOUT_ENCODER("libx264");
-  const TempFolder folder;
   ASSERT_TRUE(RunFfmpeg(Picture("160x120") + "-c:v libx264 -g 10 -bf 0 " + folder / "a.mp4"));
   std::string bytes = folder.Read("a.mp4");
   const size_t begin = bytes.find("mdat");
@@ -181,9 +168,8 @@ TEST(VideoSource, GoesOnBehindADamagedImage) {
   EXPECT_TRUE(std::ranges::is_sorted(film.times, std::less_equal{}));
 }
 
-TEST(VideoSource, WithoutTimesItTakesTheRateAndSaysSo) {
+TEST_F(VideoSourceTest, WithoutTimesItTakesTheRateAndSaysSo) {
   OASLAM_SKIP_WITHOUT_ENCODER("libx264");
-  const TempFolder folder;
   ASSERT_TRUE(RunFfmpeg(Picture("160x120", 0.5) + "-c:v libx264 -f h264 " + folder / "raw.264"));
   ASSERT_TRUE(RunFfmpeg(Picture("160x120", 0.5) + "-c:v libx264 " + folder / "once.ts"));
   folder.Write("twice.ts",
@@ -199,8 +185,7 @@ TEST(VideoSource, WithoutTimesItTakesTheRateAndSaysSo) {
   }
 }
 
-TEST(VideoSource, IsUprightAsPhonesTurnIt) {
-  const TempFolder folder;
+TEST_F(VideoSourceTest, IsUprightAsPhonesTurnIt) {
   cv::Mat picture(120, 160, CV_8UC3, cv::Scalar::all(20));
   picture(cv::Rect(0, 0, 80, 60)).setTo(240);  // the stored image is bright at the top left
   VideoFile video(folder / "a.mp4");
@@ -238,8 +223,7 @@ TEST(VideoSource, IsUprightAsPhonesTurnIt) {
   }
 }
 
-TEST(VideoSource, SizesAndDepths) {
-  const TempFolder folder;
+TEST_F(VideoSourceTest, SizesAndDepths) {
   struct Case {
     std::string encoder, options, size;
   };
@@ -279,8 +263,7 @@ TEST(VideoSource, SizesAndDepths) {
 std::atomic<int> heard = 0;  // FFmpeg decodes on several threads
 void Hear(void*, int, const char*, va_list) { ++heard; }
 
-TEST(VideoSource, LeavesTheCallbackOfTheApplication) {
-  const TempFolder folder;
+TEST_F(VideoSourceTest, LeavesTheCallbackOfTheApplication) {
   {
     VideoFile video(folder / "a.mp4");
     for (int i = 0; i < 3; ++i)
@@ -298,9 +281,8 @@ TEST(VideoSource, LeavesTheCallbackOfTheApplication) {
 }
 
 // Silences FFmpeg, as the command does, which reports errors itself.
-TEST(VideoSource, WhatCannotBeDecodedIsSaidInOneLine) {
+TEST_F(VideoSourceTest, WhatCannotBeDecodedIsSaidInOneLine) {
   SilenceFfmpeg();
-  const TempFolder folder;
   {
     VideoFile video(folder / "a.mp4");
     cv::Mat picture(120, 160, CV_8UC3);

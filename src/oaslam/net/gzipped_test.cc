@@ -1,15 +1,11 @@
 #include "oaslam/net/gzipped.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <stdexcept>
+
+#include "matchers.h"
 
 namespace oaslam {
 namespace {
-
-using testing::ElementsAre;
-using testing::Pair;
 
 // printf 'ring a ring a ring a roses\n' | gzip -9n
 constexpr unsigned char kRoses[] = {0x1f, 0x8b, 0x08, 0x00, 0x00, 0x00, 0x00, 0x00, 0x02,

@@ -1,20 +1,11 @@
 #include "oaslam/net/http_server.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "expect_input_error.h"
 #include "temp_folder.h"
 #include "test_server.h"
 
 namespace oaslam {
 namespace {
-
-using testing::AllOf;
-using testing::EndsWith;
-using testing::HasSubstr;
-using testing::Not;
-using testing::StartsWith;
 
 std::string Post(const std::string& fields, const std::string& body) {
   return "POST /p HTTP/1.1\r\nHost: localhost\r\n" + fields + "\r\n" + body;

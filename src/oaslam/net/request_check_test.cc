@@ -1,10 +1,8 @@
 #include "oaslam/net/request_check.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <map>
 
+#include "matchers.h"
 #include "temp_folder.h"
 #include "test_server.h"
 
@@ -12,9 +10,6 @@ namespace oaslam {
 namespace {
 
 namespace http = boost::beast::http;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::Pair;
 
 const std::string kReader = "reader-of-maps-1", kWriter = "writer-of-maps-1";
 

@@ -1,8 +1,5 @@
 // What the server does about connections that are slow, many, or open when it ends.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "expect_input_error.h"
 #include "temp_folder.h"
 #include "test_server.h"
@@ -11,11 +8,6 @@ namespace oaslam {
 namespace {
 
 using std::chrono::milliseconds;
-using testing::AllOf;
-using testing::EndsWith;
-using testing::HasSubstr;
-using testing::Not;
-using testing::StartsWith;
 
 constexpr milliseconds kLittlePatience{100};
 constexpr size_t kLarge = 64 << 20;  // bytes, more than the buffers of a connection hold
@@ -222,7 +214,7 @@ TEST_F(ServerLimits, OptionsThatCannotBeAreRefused) {
   taken.port = other.port();
   EXPECT_THAT(problem(taken), HasSubstr("port " + std::to_string(taken.port)));
   EXPECT_THAT(problem(taken), HasSubstr("; port 0 takes one that is free"));
-  EXPECT_THAT(InputErrorOf([&] { CheckServer(taken); }), HasSubstr("the viewer cannot listen"));
+  EXPECT_INPUT_ERROR(CheckServer(taken), HasSubstr("the viewer cannot listen"));
   EXPECT_NO_THROW(CheckServer(options_));
   for (const int port : {-1, 65536}) {
     taken.port = port;
@@ -253,7 +245,7 @@ TEST_F(ServerLimits, OpenToOthersItWantsTlsAndTokens) {
   EXPECT_THAT(problem(),
               AllOf(HasSubstr("TLS"), HasSubstr(" and tokens"), HasSubstr("--insecure")));
   open.token_file = "tokens";
-  EXPECT_THAT(problem(), AllOf(HasSubstr("TLS"), testing::Not(HasSubstr(" and tokens"))));
+  EXPECT_THAT(problem(), AllOf(HasSubstr("TLS"), Not(HasSubstr(" and tokens"))));
   open.tls_self_signed = true;
   EXPECT_NO_THROW(CheckSafety(open));
   open.token_file.clear();

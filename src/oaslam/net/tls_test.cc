@@ -1,7 +1,5 @@
 #include "oaslam/net/tls.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <openssl/evp.h>
 #include <openssl/pem.h>
 #include <openssl/x509.h>
@@ -21,12 +19,7 @@ namespace {
 namespace asio = boost::asio;
 namespace ssl = asio::ssl;
 using asio::ip::tcp;
-using testing::AllOf;
-using testing::EndsWith;
-using testing::HasSubstr;
 using testing::MatchesRegex;
-using testing::Not;
-using testing::StartsWith;
 
 ServerOptions SelfSigned(const std::vector<std::string>& hosts = {}) {
   ServerOptions options;
@@ -105,7 +98,7 @@ TEST_F(Tls, ASelfSignedCertificateIsOfThisRunAndItsHosts) {
   EXPECT_EQ(X509_verify(certificate, X509_get0_pubkey(certificate)), 1);
   EXPECT_THAT(FingerprintOf(*one), MatchesRegex("([0-9A-F][0-9A-F]:){31}[0-9A-F][0-9A-F]"));
   EXPECT_NE(FingerprintOf(*one), FingerprintOf(*other));
-  EXPECT_THAT(InputErrorOf([] { MakeTls(SelfSigned({"a,b"})); }), HasSubstr("--host"));
+  EXPECT_INPUT_ERROR(MakeTls(SelfSigned({"a,b"})), HasSubstr("--host"));
 }
 
 TEST_F(Tls, FilesAreUsed) {
@@ -140,15 +133,15 @@ TEST_F(Tls, AKeyOfAnotherCertificateIsRefused) {
   other.tls_key = folder_ / "other.pem";
   WritePem(other, *MakeTls(SelfSigned()));
   WritePem(Files(), *MakeTls(SelfSigned()));
-  EXPECT_THAT(InputErrorOf([&] { MakeTls(other); }),
-              AllOf(StartsWith(other.tls_key + ": "), HasSubstr(other.tls_cert)));
+  EXPECT_INPUT_ERROR(MakeTls(other),
+                     AllOf(StartsWith(other.tls_key + ": "), HasSubstr(other.tls_cert)));
 }
 
 // It would have to be asked for, and nobody may be there to answer.
 TEST_F(Tls, AKeyWithAPasswordIsRefused) {
   WritePem(Files(), *MakeTls(SelfSigned()), "secret");
   ASSERT_THAT(folder_.Read("key.pem"), HasSubstr("ENCRYPTED"));
-  EXPECT_THAT(InputErrorOf([&] { MakeTls(Files()); }), StartsWith(Files().tls_key + ": "));
+  EXPECT_INPUT_ERROR(MakeTls(Files()), StartsWith(Files().tls_key + ": "));
 }
 
 TEST_F(Tls, AServerIsKnownByItsCertificate) {

@@ -1,28 +1,21 @@
 #include "oaslam/net/tokens.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <filesystem>
 
 #include "expect_input_error.h"
+#include "folder_test.h"
 #include "oaslam/util/log.h"
-#include "temp_folder.h"
 
 namespace oaslam {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Not;
 
 const std::string kReadToken = "reader-of-maps-1", kWriteToken = "Writer.of_maps~2";
 
-TEST(Tokens, AllowWhatTheirLinesSay) {
-  const TempFolder folder;
+struct TokensTest : FolderTest {};
+
+TEST_F(TokensTest, AllowWhatTheirLinesSay) {
   const Tokens tokens = Tokens::Load(folder.Write(
       "tokens", "# who may do what\r\n\r\n  read " + kReadToken + "  # of the shop\r\n\twrite\t" +
                     kWriteToken + "\nread twice-mentioned-1\nwrite twice-mentioned-1\n" +
@@ -37,8 +30,7 @@ TEST(Tokens, AllowWhatTheirLinesSay) {
     EXPECT_EQ(tokens.AccessOf(other), Access::kNone) << other.substr(0, 50);
 }
 
-TEST(Tokens, FilesThatCannotBeUsedAreRefused) {
-  const TempFolder folder;
+TEST_F(TokensTest, FilesThatCannotBeUsedAreRefused) {
   const auto problem = [&](const std::string& content) {
     const std::string path = folder.Write("tokens", content);
     const std::string message = InputErrorOf([&] { Tokens::Load(path); });
@@ -59,13 +51,11 @@ TEST(Tokens, FilesThatCannotBeUsedAreRefused) {
     EXPECT_THAT(problem(std::string("read ") + token),
                 HasSubstr(":1: a token has letters, digits and -._~ only"))
         << token;
-  EXPECT_THAT(InputErrorOf([&] { Tokens::Load(folder / "missing"); }),
-              HasSubstr("missing: cannot be read"));
-  EXPECT_THAT(InputErrorOf([&] { Tokens::Load(folder.path()); }), HasSubstr(folder.path()));
+  EXPECT_INPUT_ERROR(Tokens::Load(folder / "missing"), HasSubstr("missing: cannot be read"));
+  EXPECT_INPUT_ERROR(Tokens::Load(folder.path()), HasSubstr(folder.path()));
 }
 
-TEST(Tokens, WarnWhereOtherUsersMayReadThem) {
-  const TempFolder folder;
+TEST_F(TokensTest, WarnWhereOtherUsersMayReadThem) {
   const std::string path = folder.Write("tokens", "read " + kReadToken);
   const auto warnings = [&](fs::perms permissions) {
     fs::permissions(path, permissions);

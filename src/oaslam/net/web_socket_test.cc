@@ -1,11 +1,9 @@
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <atomic>
 #include <boost/beast/core.hpp>
 #include <boost/beast/websocket.hpp>
 #include <optional>
 
+#include "matchers.h"
 #include "test_server.h"
 
 namespace oaslam {
@@ -16,9 +14,6 @@ namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 using asio::ip::tcp;
 using std::chrono::milliseconds;
-using testing::HasSubstr;
-using testing::Not;
-using testing::StartsWith;
 
 constexpr size_t kMaxMessage = 1000;
 constexpr int kFlood = 64;  // messages of 1 MiB, more than the buffers of a connection hold

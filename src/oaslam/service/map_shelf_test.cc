@@ -1,8 +1,5 @@
 #include "oaslam/service/map_shelf.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -19,9 +16,7 @@ namespace oaslam {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::AllOf;
 using testing::Eq;
-using testing::HasSubstr;
 using testing::ThrowsMessage;
 
 constexpr std::chrono::seconds kAtMost{60};  // only reached where what must happen does not
@@ -114,7 +109,7 @@ TEST_F(MapShelfTest, MapsAreLoadedWhenTheyAreAskedFor) {
   EXPECT_FALSE(shelf_->Get("none"));
   EXPECT_EQ(shelf_->loaded(), 1u);
   for (const char* name : {"", ".hidden", "../a", "a/b"})
-    EXPECT_THAT(InputErrorOf([&] { shelf_->Get(name); }), HasSubstr("the name of a map")) << name;
+    EXPECT_INPUT_ERROR(shelf_->Get(name), HasSubstr("the name of a map")) << name;
 }
 
 TEST_F(MapShelfTest, AMapInUseIsNotForgottenAndLoadedOnce) {

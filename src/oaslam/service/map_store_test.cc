@@ -1,13 +1,9 @@
 #include "oaslam/service/map_store.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <fstream>
-#include <memory>
 #include <mutex>
 #include <set>
 #include <sstream>
@@ -19,9 +15,6 @@
 
 namespace oaslam {
 namespace {
-
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 // The names that a store has reported, with a wait for one.
 class Reported {
@@ -114,8 +107,7 @@ TEST_P(MapStoreTest, StoresFindsAndOpens) {
   EXPECT_EQ(file->map, desk);
   EXPECT_EQ(ContentOf(*file), "abc");
   EXPECT_EQ(ContentOf(*store_->Open("Attic-2.b_c")), "");
-  EXPECT_THAT(InputErrorOf([&] { store_->Put("desk", other_ / "missing"); }),
-              HasSubstr("missing: cannot be read"));
+  EXPECT_INPUT_ERROR(store_->Put("desk", other_ / "missing"), HasSubstr("missing: cannot be read"));
   EXPECT_EQ(store_->Find("desk"), desk);
 }
 
@@ -375,11 +367,10 @@ TEST_P(MapStoreTest, NamesThatCannotBeAreRefused) {
   CheckMapName(std::string(200, 'a'));
   for (const std::string& name : {std::string(), std::string(65, 'a'), std::string("a\nb"),
                                   std::string("a\0b", 3), std::string("\xC3(")})
-    EXPECT_THAT(InputErrorOf([&] { store_->EditAnchor("desk", name, StoreFlag(), false); }),
-                HasSubstr("the name of an anchor has 1 to 64"));
+    EXPECT_INPUT_ERROR(store_->EditAnchor("desk", name, StoreFlag(), false),
+                       HasSubstr("the name of an anchor has 1 to 64"));
   Anchor endless = StoreFlag(INFINITY);
-  EXPECT_THAT(InputErrorOf([&] { store_->EditAnchor("desk", "a", endless, false); }),
-              HasSubstr("must be finite"));
+  EXPECT_INPUT_ERROR(store_->EditAnchor("desk", "a", endless, false), HasSubstr("must be finite"));
   EXPECT_EQ(store_->AnchorsSince("desk", 0).version, 0);
 }
 

@@ -1,16 +1,9 @@
 #include "oaslam/service/messages.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "expect_input_error.h"
 
 namespace oaslam {
 namespace {
-
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::SizeIs;
 
 ImageRequest RequestOf(const std::string& text) {
   const nlohmann::json read = nlohmann::json::parse(text);
@@ -24,10 +17,10 @@ TEST(Messages, AGyroscopeComesWithAnImage) {
   ASSERT_THAT(samples, SizeIs(2));
   EXPECT_EQ(samples[0].timestamp, 1.5);
   EXPECT_EQ(samples[0].in_cam, Eigen::Vector3d(0, -1, 2));
-  EXPECT_THAT(InputErrorOf([] { RequestOf(R"({"angular_velocity": [[1.5, 0, -1]]})"); }),
-              AllOf(HasSubstr("header.angular_velocity[0]"), HasSubstr("4")));
-  EXPECT_THAT(InputErrorOf([] { RequestOf(R"({"angular_velocity": [[1.5, 0, -1, "2"]]})"); }),
-              HasSubstr("header.angular_velocity[0][3]"));
+  EXPECT_INPUT_ERROR(RequestOf(R"({"angular_velocity": [[1.5, 0, -1]]})"),
+                     AllOf(HasSubstr("header.angular_velocity[0]"), HasSubstr("4")));
+  EXPECT_INPUT_ERROR(RequestOf(R"({"angular_velocity": [[1.5, 0, -1, "2"]]})"),
+                     HasSubstr("header.angular_velocity[0][3]"));
 }
 
 }  // namespace

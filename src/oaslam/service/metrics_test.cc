@@ -1,15 +1,12 @@
 #include "oaslam/service/metrics.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <thread>
 #include <vector>
 
+#include "matchers.h"
+
 namespace oaslam {
 namespace {
-
-using testing::HasSubstr;
 
 TEST(Metrics, AreTextAsPrometheusReadsIt) {
   Metrics metrics;

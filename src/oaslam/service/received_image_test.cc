@@ -1,8 +1,5 @@
 #include "oaslam/service/received_image.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 
@@ -10,8 +7,6 @@
 
 namespace oaslam {
 namespace {
-
-using ::testing::HasSubstr;
 
 std::string Encoded(const char* extension, const cv::Mat& image) {
   std::vector<uchar> bytes;
@@ -43,12 +38,12 @@ TEST(ReceivedImage, OtherFormatsAreRefusedBeforeADecoderSeesThem) {
 TEST(ReceivedImage, ABombIsRefusedByItsHeader) {
   std::string png = Encoded(".png", cv::Mat::zeros(32, 32, CV_8UC1));
   png[16] = 0, png[17] = 1, png[18] = 0, png[19] = 0;  // 65536 wide
-  EXPECT_THAT(InputErrorOf([&] { SizeOfReceivedImage(png); }), HasSubstr("65536 x 32"));
+  EXPECT_INPUT_ERROR(SizeOfReceivedImage(png), HasSubstr("65536 x 32"));
   std::string jpeg = Encoded(".jpg", cv::Mat::zeros(32, 32, CV_8UC1));
   const size_t frame = jpeg.find("\xff\xc0");
   ASSERT_NE(frame, std::string::npos);
   jpeg[frame + 5] = '\x3f', jpeg[frame + 7] = '\x3f';
-  EXPECT_THAT(InputErrorOf([&] { SizeOfReceivedImage(jpeg); }), HasSubstr("50 million"));
+  EXPECT_INPUT_ERROR(SizeOfReceivedImage(jpeg), HasSubstr("50 million"));
 }
 
 TEST(ReceivedImage, AJpegOfManyScansIsRefusedBeforeItIsDecoded) {
@@ -60,7 +55,7 @@ TEST(ReceivedImage, AJpegOfManyScansIsRefusedBeforeItIsDecoded) {
   ASSERT_TRUE(last != std::string::npos && end != std::string::npos);
   const std::string scan = jpeg.substr(last, end - last);
   for (int i = 0; i < 200; ++i) jpeg.insert(end, scan);
-  EXPECT_THAT(InputErrorOf([&] { SizeOfReceivedImage(jpeg); }), HasSubstr("scans, allowed: 100"));
+  EXPECT_INPUT_ERROR(SizeOfReceivedImage(jpeg), HasSubstr("scans, allowed: 100"));
 }
 
 // Whatever is cut or changed, there is an image or an InputError.

@@ -1,24 +1,17 @@
 #include "oaslam/service/stream_session.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <boost/asio/io_context.hpp>
 #include <cstring>
 #include <latch>
-#include <mutex>
 #include <semaphore>
 #include <stdexcept>
 
+#include "matchers.h"
 #include "oaslam/error.h"
 #include "temp_folder.h"
 
 namespace oaslam {
 namespace {
-
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
 
 // What was sent is written when the test says so.
 class FakeConnection : public WebSocketConnection {
@@ -219,7 +212,7 @@ TEST_F(StreamSessionTest, ItEndsWhereTheWorkSaysSo) {
   SendCommand("never");
   EXPECT_EQ(Next(), "last");
   EXPECT_EQ(Next(), "closed 1000");
-  EXPECT_THAT(connection_->sent, testing::SizeIs(2));
+  EXPECT_THAT(connection_->sent, SizeIs(2));
 }
 
 TEST_F(StreamSessionTest, OneThatFindsNoWorkerGetsItsTurnLater) {
@@ -243,7 +236,7 @@ TEST_F(StreamSessionTest, OneThatFindsNoWorkerGetsItsTurnLater) {
 
 TEST_F(StepByStep, OneThatIsClosedWhileItWorksIsForgotten) {
   Open();
-  EXPECT_THAT(state_->followers, ElementsAre(testing::Pair("desk", ElementsAre(session_.get()))));
+  EXPECT_THAT(state_->followers, ElementsAre(Pair("desk", ElementsAre(session_.get()))));
   work_->begun.acquire();
   SendImage(0);
   session_->OnClosed();

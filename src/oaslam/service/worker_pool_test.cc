@@ -1,8 +1,5 @@
 #include "oaslam/service/worker_pool.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <latch>
 #include <numeric>
 #include <stdexcept>
@@ -10,6 +7,7 @@
 #include <thread>
 #include <vector>
 
+#include "matchers.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -47,7 +45,7 @@ TEST(WorkerPool, ATaskThatThrowsEndsAlone) {
   }
   SetLogSink({});
   EXPECT_EQ(done, 1);
-  EXPECT_THAT(warnings, testing::ElementsAre(testing::HasSubstr("no memory")));
+  EXPECT_THAT(warnings, ElementsAre(HasSubstr("no memory")));
 }
 
 TEST(WorkerPool, OneThreadKeepsTheOrderSeveralWorkAtATime) {

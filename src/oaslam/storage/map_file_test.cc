@@ -2,30 +2,21 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <limits>
 #include <utility>
 
 #include "expect_input_error.h"
+#include "folder_test.h"
 #include "oaslam/storage/map_rows.h"
 #include "oaslam/storage/map_schema.h"
 #include "oaslam/util/log.h"
 #include "random_map.h"
-#include "temp_folder.h"
 
 namespace oaslam {
 namespace {
-
-using testing::AllOf;
-using testing::EndsWith;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Not;
 
 SavedMap MakeMap(uint64_t seed = 1) {
   Rng rng(seed);
@@ -37,8 +28,19 @@ void ExpectEqual(const Rigid3& a, const Rigid3& b) {
   EXPECT_EQ(a.translation, b.translation);
 }
 
-TEST(MapFile, KeepsWhatIsKnownOfTheClasses) {
-  const TempFolder folder;
+struct MapFileTest : FolderTest {
+  void Change(const std::string& sql) const {
+    SQLite::Database(folder / "a.map", SQLite::OPEN_READWRITE).exec(sql);
+  }
+  // Why a map is refused whose file was changed after it was saved.
+  std::string ErrorAfter(const SavedMap& saved, const std::string& sql) const {
+    SaveMap(folder / "a.map", saved);
+    Change(sql);
+    return InputErrorOf([&] { LoadMap(folder / "a.map"); });
+  }
+};
+
+TEST_F(MapFileTest, KeepsWhatIsKnownOfTheClasses) {
   SavedMap saved = MakeMap();
   saved.map.classes = {{{100, 101}, {102, 101}}, {0, 56}};
   SaveMap(folder / "a.map", saved);
@@ -48,7 +50,7 @@ TEST(MapFile, KeepsWhatIsKnownOfTheClasses) {
   EXPECT_EQ(LoadMap(folder / "b.map").map.classes, saved.map.classes);
   saved.map.classes.whole_of[101] = 100;
   SaveMap(folder / "circle.map", saved);
-  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "circle.map"); }), HasSubstr("part of itself"));
+  EXPECT_INPUT_ERROR(LoadMap(folder / "circle.map"), HasSubstr("part of itself"));
 }
 
 // A map whose ids are all much larger than those of MakeMap.
@@ -90,8 +92,7 @@ void SaveFormat8(const std::string& path, const SavedMap& saved) {
   file.exec("UPDATE meta SET value = '" + checksum.Hex() + "' WHERE key = 'checksum'");
 }
 
-TEST(MapFile, KeepsSubmaps) {
-  const TempFolder folder;
+TEST_F(MapFileTest, KeepsSubmaps) {
   SavedMap saved = MakeMap();
   saved.submaps = {SubmapOf(saved, 10000), SubmapOf(saved, 20000)};
   SaveMap(folder / "a.map", saved);
@@ -110,25 +111,22 @@ TEST(MapFile, KeepsSubmaps) {
   EXPECT_EQ(second.map.keyframes.Ids(), saved.submaps[1].map.keyframes.Ids());
   EXPECT_EQ(second.class_names, saved.class_names);
   EXPECT_THAT(second.submaps, IsEmpty());
-  EXPECT_THAT(InputErrorOf([&] { LoadSubmap(folder / "a.map", 3); }),
-              AllOf(HasSubstr("a.map"), HasSubstr("no submap 3"), HasSubstr("0 to 2")));
+  EXPECT_INPUT_ERROR(LoadSubmap(folder / "a.map", 3),
+                     AllOf(HasSubstr("a.map"), HasSubstr("no submap 3"), HasSubstr("0 to 2")));
 
-  SQLite::Database(folder / "a.map", SQLite::OPEN_READWRITE)
-      .exec("UPDATE pieces SET map = zeroblob(100) WHERE number = 2");
-  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }), HasSubstr("submap 2"));
+  Change("UPDATE pieces SET map = zeroblob(100) WHERE number = 2");
+  EXPECT_INPUT_ERROR(LoadMap(folder / "a.map"), HasSubstr("submap 2"));
 }
 
-TEST(MapFile, RefusesSubmapsThatShareIds) {
-  const TempFolder folder;
+TEST_F(MapFileTest, RefusesSubmapsThatShareIds) {
   SavedMap saved = MakeMap();
   saved.submaps = {SubmapOf(saved, 10000), SubmapOf(saved, 10000)};
   SaveMap(folder / "a.map", saved);
-  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }),
-              AllOf(HasSubstr("a.map"), HasSubstr("submap 2 shares ids")));
+  EXPECT_INPUT_ERROR(LoadMap(folder / "a.map"),
+                     AllOf(HasSubstr("a.map"), HasSubstr("submap 2 shares ids")));
 }
 
-TEST(MapFile, KeepsAnchors) {
-  const TempFolder folder;
+TEST_F(MapFileTest, KeepsAnchors) {
   SavedMap saved = MakeMap();
   const Rigid3 pose(Eigen::Quaterniond(0.5, 0.5, 0.5, 0.5), {1, 2, 3});
   saved.map.anchors["a flag"] = {"flag", 0.25, saved.map.keyframes.Ids().front(),
@@ -138,25 +136,15 @@ TEST(MapFile, KeepsAnchors) {
       {0, -1, 0}};
   SaveMap(folder / "a.map", saved);
   const SavedMap loaded = LoadMap(folder / "a.map");
-  ASSERT_EQ(loaded.map.anchors.size(), 2u);
-  for (const auto& [name, anchor] : saved.map.anchors) {
-    const Anchor& l = loaded.map.anchors.at(name);
-    EXPECT_EQ(l.model, anchor.model);
-    EXPECT_EQ(l.size, anchor.size);
-    EXPECT_EQ(l.keyframe, anchor.keyframe);
-    EXPECT_EQ(l.object, anchor.object);
-    EXPECT_EQ(l.offset, anchor.offset);
-    ExpectEqual(l.cam_from_anchor, anchor.cam_from_anchor);
-  }
+  EXPECT_EQ(loaded.map.anchors, saved.map.anchors);
   saved.map.anchors["a flag"].keyframe = KeyframeId(12345);
   EXPECT_THAT(saved.map.CheckInvariants(),
               testing::Contains(HasSubstr("anchor \"a flag\": keyframe 12345 leads nowhere")));
-  SQLite::Database(folder / "a.map", SQLite::OPEN_READWRITE).exec("UPDATE anchors SET size = 0.1");
-  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }), HasSubstr("damaged"));
+  Change("UPDATE anchors SET size = 0.1");
+  EXPECT_INPUT_ERROR(LoadMap(folder / "a.map"), HasSubstr("damaged"));
 }
 
-TEST(MapFile, KeepsRecordings) {
-  const TempFolder folder;
+TEST_F(MapFileTest, KeepsRecordings) {
   SavedMap saved = MakeMap();
   saved.submaps = {SubmapOf(saved, 10000)};
   saved.recordings = {{"walk", "/films/walk.mp4", 0}, {"", "", 3}};
@@ -164,12 +152,9 @@ TEST(MapFile, KeepsRecordings) {
   EXPECT_EQ(LoadMap(folder / "a.map").recordings, saved.recordings);
   EXPECT_EQ(LoadSubmap(folder / "a.map", 1).recordings, saved.recordings);
   const auto refusal = [&](const std::string& change) {
-    SaveMap(folder / "b.map", saved);
-    SQLite::Database(folder / "b.map", SQLite::OPEN_READWRITE)
-        .exec("UPDATE recordings SET " + change);
-    return InputErrorOf([&] { LoadMap(folder / "b.map"); });
+    return ErrorAfter(saved, "UPDATE recordings SET " + change);
   };
-  EXPECT_THAT(refusal("first_frame = 3"), AllOf(HasSubstr("b.map"), HasSubstr("do not ascend")));
+  EXPECT_THAT(refusal("first_frame = 3"), AllOf(HasSubstr("a.map"), HasSubstr("do not ascend")));
   EXPECT_THAT(refusal("number = 5 WHERE number = 2"), HasSubstr("recordings"));
   EXPECT_THAT(refusal("name = 'x' WHERE number = 1"), HasSubstr("checksum"));
 }
@@ -187,8 +172,7 @@ SavedMap MapOfOneFilm() {
 
 // Format 8 had no recordings: they are told by time, which goes back where a run was continued with
 // another film.
-TEST(MapFile, ReadsFormat8) {
-  const TempFolder folder;
+TEST_F(MapFileTest, ReadsFormat8) {
   SavedMap saved = MapOfOneFilm();
   const int frames = FramesOf(saved);
   const KeyframeId last = saved.map.keyframes.Ids().back();
@@ -204,14 +188,12 @@ TEST(MapFile, ReadsFormat8) {
   EXPECT_EQ(LoadMap(folder / "new.map").recordings, loaded.recordings);
 }
 
-TEST(MapFile, ReadsFormat8OfOneRun) {
-  const TempFolder folder;
+TEST_F(MapFileTest, ReadsFormat8OfOneRun) {
   SaveFormat8(folder / "old.map", MapOfOneFilm());
   EXPECT_EQ(LoadMap(folder / "old.map").recordings.size(), 1U);
 }
 
-TEST(MapFile, LoadsWhatWasSaved) {
-  const TempFolder folder;
+TEST_F(MapFileTest, LoadsWhatWasSaved) {
   const SavedMap saved = MakeMap();
   SaveMap(folder / "a.map", saved);
   const SavedMap loaded = LoadMap(folder / "a.map");
@@ -269,8 +251,7 @@ TEST(MapFile, LoadsWhatWasSaved) {
   ExpectEqual(loaded.trajectory[3].cam_from_reference, saved.trajectory[3].cam_from_reference);
 }
 
-TEST(MapFile, SavingAgainGivesTheSameBytes) {
-  const TempFolder folder;
+TEST_F(MapFileTest, SavingAgainGivesTheSameBytes) {
   for (uint64_t seed = 1; seed <= 5; ++seed) {
     SaveMap(folder / "a.map", MakeMap(seed));
     SaveMap(folder / "b.map", LoadMap(folder / "a.map"));
@@ -280,27 +261,23 @@ TEST(MapFile, SavingAgainGivesTheSameBytes) {
   EXPECT_FALSE(folder.Read("a.map") == folder.Read("other.map"));
 }
 
-TEST(MapFile, AnEmptyMap) {
-  const TempFolder folder;
+TEST_F(MapFileTest, AnEmptyMap) {
   SaveMap(folder / "empty.map", {});
   EXPECT_TRUE(LoadMap(folder / "empty.map").map.keyframes.empty());
 }
 
-TEST(MapFile, SavingReplacesTheOldOneAndLeavesNothingBeside) {
-  const TempFolder folder;
+TEST_F(MapFileTest, SavingReplacesTheOldOneAndLeavesNothingBeside) {
   folder.Write("a.map", "something old");
   SaveMap(folder / "a.map", MakeMap());
   EXPECT_NO_THROW(LoadMap(folder / "a.map"));
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()),
                           std::filesystem::directory_iterator()),
             1);
-  EXPECT_THAT(InputErrorOf([&] { SaveMap(folder / "no/such/folder.map", MakeMap()); }),
-              HasSubstr("no folder"));
+  EXPECT_INPUT_ERROR(SaveMap(folder / "no/such/folder.map", MakeMap()), HasSubstr("no folder"));
 }
 
-TEST(MapFile, AFolderIsTheMapInIt) {
-  const TempFolder folder;
-  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder.path()); }), HasSubstr("is not a file"));
+TEST_F(MapFileTest, AFolderIsTheMapInIt) {
+  EXPECT_INPUT_ERROR(LoadMap(folder.path()), HasSubstr("is not a file"));
   EXPECT_EQ(MapFileAt(folder.path()), folder.path());
   SaveMap(folder / "map.oaslam", MakeMap());
   EXPECT_EQ(MapFileAt(folder.path()), folder / "map.oaslam");
@@ -315,18 +292,15 @@ std::string LoadError(const TempFolder& folder, const std::string& content) {
   return error;
 }
 
-TEST(MapFile, IsWrittenToFilesOnly) {
+TEST_F(MapFileTest, IsWrittenToFilesOnly) {
   const SavedMap saved;
-  EXPECT_THAT(InputErrorOf([&] { SaveMap("", saved); }), HasSubstr("no path of a file"));
-  const TempFolder folder;
+  EXPECT_INPUT_ERROR(SaveMap("", saved), HasSubstr("no path of a file"));
   ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
-  EXPECT_THAT(InputErrorOf([&] { SaveMap(folder / "pipe", saved); }),
-              HasSubstr("is no regular file"));
+  EXPECT_INPUT_ERROR(SaveMap(folder / "pipe", saved), HasSubstr("is no regular file"));
   EXPECT_TRUE(std::filesystem::is_fifo(folder / "pipe"));
 }
 
-TEST(MapFile, RefusesTruncatedForeignAndOtherFormats) {
-  const TempFolder folder;
+TEST_F(MapFileTest, RefusesTruncatedForeignAndOtherFormats) {
   SaveMap(folder / "a.map", MakeMap());
   const std::string good = folder.Read("a.map");
   for (const double share : {0.0, 0.001, 0.1, 0.5, 0.9, 0.9999})
@@ -344,50 +318,37 @@ TEST(MapFile, RefusesTruncatedForeignAndOtherFormats) {
   EXPECT_THAT(LoadError(folder, ""), HasSubstr("is no map file"));
   for (const auto& [format, advice] : {std::pair(kOldestMapFormatVersion - 1, ""),
                                        {kMapFormatVersion + 1, ": use a newer oaslam"}}) {
-    SQLite::Database(folder / "a.map", SQLite::OPEN_READWRITE)
-        .exec(fmt::format("PRAGMA user_version={}", format));
+    Change(fmt::format("PRAGMA user_version={}", format));
     EXPECT_THAT(LoadError(folder, folder.Read("a.map")),
                 EndsWith(fmt::format("bad.map: is a map of format {}, this program reads formats "
                                      "{} to {} only{}",
                                      format, kOldestMapFormatVersion, kMapFormatVersion, advice)));
   }
-  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "missing.map"); }), HasSubstr("no such file"));
-  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder.path()); }), HasSubstr("not a file"));
+  EXPECT_INPUT_ERROR(LoadMap(folder / "missing.map"), HasSubstr("no such file"));
+  EXPECT_INPUT_ERROR(LoadMap(folder.path()), HasSubstr("not a file"));
 }
 
-TEST(MapFile, RefusesChangedContent) {
-  const TempFolder folder;
+TEST_F(MapFileTest, RefusesChangedContent) {
   for (const char* change :
        {"UPDATE landmarks SET x = x + 1e-9 WHERE id = 3", "DELETE FROM trajectory WHERE rank = 4",
         "UPDATE cameras SET name = 'b'", "UPDATE object_landmarks SET votes = votes + 1",
         "UPDATE meta SET value = 42 WHERE key = 'map_version'",
         "UPDATE keyframes SET timestamp = NULL", "DROP TABLE merged_objects",
         "UPDATE objects SET state = 'gone'", "UPDATE object_labels SET share = 1.5",
-        "UPDATE object_labels SET share = 0", "UPDATE objects SET category_id = 7 WHERE id = 1"}) {
-    SaveMap(folder / "a.map", MakeMap());
-    SQLite::Database(folder / "a.map", SQLite::OPEN_READWRITE).exec(change);
-    const std::string error = InputErrorOf([&] { LoadMap(folder / "a.map"); });
-    EXPECT_THAT(error, HasSubstr("a.map")) << change;
-  }
+        "UPDATE object_labels SET share = 0", "UPDATE objects SET category_id = 7 WHERE id = 1"})
+    EXPECT_THAT(ErrorAfter(MakeMap(), change), HasSubstr("a.map")) << change;
 }
 
 // tools/fuzz map: the number became infinite, and the map could not be saved again.
-TEST(MapFile, RefusesNumbersThatAFloatCannotHold) {
-  const TempFolder folder;
-  SaveMap(folder / "a.map", MakeMap());
-  SQLite::Database(folder / "a.map", SQLite::OPEN_READWRITE)
-      .exec("UPDATE landmarks SET max_distance = -1e300 WHERE id = 3");
-  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }),
+TEST_F(MapFileTest, RefusesNumbersThatAFloatCannotHold) {
+  EXPECT_THAT(ErrorAfter(MakeMap(), "UPDATE landmarks SET max_distance = -1e300 WHERE id = 3"),
               AllOf(HasSubstr("max_distance"), HasSubstr("too large")));
 }
 
-TEST(MapFile, RefusesLearnedDescriptorsThatCannotBe) {
-  const TempFolder folder;
+TEST_F(MapFileTest, RefusesLearnedDescriptorsThatCannotBe) {
   const auto refusal = [&](const std::string& change) {
-    SaveMap(folder / "a.map", MakeMap());
-    SQLite::Database(folder / "a.map", SQLite::OPEN_READWRITE)
-        .exec("UPDATE learned_descriptors SET " + change + " WHERE keyframe = 2");
-    return InputErrorOf([&] { LoadMap(folder / "a.map"); });
+    return ErrorAfter(MakeMap(),
+                      "UPDATE learned_descriptors SET " + change + " WHERE keyframe = 2");
   };
   EXPECT_THAT(refusal("count = 19"), AllOf(HasSubstr("a.map"), HasSubstr("learned_descriptors")));
   EXPECT_THAT(refusal("count = 0"), HasSubstr("learned_descriptors"));
@@ -405,8 +366,7 @@ TEST(MapFile, RefusesLearnedDescriptorsThatCannotBe) {
 
 // Any flipped byte is detected, or is at a place where it changes nothing (free space, the file's
 // change counter).
-TEST(MapFile, FlippedBytesNeverChangeTheMap) {
-  const TempFolder folder;
+TEST_F(MapFileTest, FlippedBytesNeverChangeTheMap) {
   SaveMap(folder / "a.map", MakeMap());
   const std::string good = folder.Read("a.map");
   SaveMap(folder / "again.map", LoadMap(folder / "a.map"));
@@ -430,8 +390,7 @@ TEST(MapFile, FlippedBytesNeverChangeTheMap) {
 }
 
 // A defect of the program must not cost the user's map.
-TEST(MapFile, SavesWhatIsSoundOfABrokenMap) {
-  const TempFolder folder;
+TEST_F(MapFileTest, SavesWhatIsSoundOfABrokenMap) {
   SavedMap saved = MakeMap();
   saved.submaps = {SubmapOf(saved, 10000)};
   const size_t landmarks = saved.map.landmarks.size(), poses = saved.trajectory.size();

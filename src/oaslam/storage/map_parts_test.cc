@@ -1,9 +1,6 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include <algorithm>
 #include <bit>
 #include <stdexcept>
 
@@ -16,10 +13,6 @@
 
 namespace oaslam {
 namespace {
-
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
 
 // As SQLite stores a number.
 std::string StoredNumber(double value) {
@@ -145,12 +138,12 @@ TEST_F(MapPartsTest, ASubmapIsReadWithoutTheOthers) {
       WithBitFlippedIn(content_,
                        StoredNumber(submap.landmarks.At(submap.landmarks.First()).position.x())));
   EXPECT_EQ(LoadSubmap(Path(), 0).map.landmarks.size(), saved_.map.landmarks.size());
-  EXPECT_THAT(InputErrorOf([&] { LoadSubmap(Path(), 1); }), HasSubstr("submap 1"));
+  EXPECT_INPUT_ERROR(LoadSubmap(Path(), 1), HasSubstr("submap 1"));
   folder_.Write("a.map", WithBitFlippedIn(content_, StoredNumber(LandmarkAt(10).position.x())));
   const SavedMap loaded = LoadSubmap(Path(), 1);
   EXPECT_EQ(loaded.map.landmarks.size(), submap.landmarks.size());
   EXPECT_EQ(loaded.class_names, saved_.class_names);
-  EXPECT_THAT(InputErrorOf([&] { LoadSubmap(Path(), 0); }), HasSubstr(LandmarksOfPart(0, 4095)));
+  EXPECT_INPUT_ERROR(LoadSubmap(Path(), 0), HasSubstr(LandmarksOfPart(0, 4095)));
 }
 
 // Rows that are there, or not, contrary to the list of parts.
@@ -164,7 +157,7 @@ TEST_F(MapPartsTest, TheListOfPartsIsComplete) {
         "INSERT INTO covisibility VALUES(0, 1000, 2, 3)"}) {
     folder_.Write("a.map", content_);
     SQLite::Database(Path(), SQLite::OPEN_READWRITE).exec(change);
-    EXPECT_THAT(InputErrorOf([&] { LoadMap(Path()); }), HasSubstr("is damaged")) << change;
+    EXPECT_INPUT_ERROR(LoadMap(Path()), HasSubstr("is damaged")) << change;
   }
 }
 

@@ -1,17 +1,11 @@
 #include "oaslam/storage/recordings.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "expect_input_error.h"
 #include "oaslam/storage/map_file.h"
 #include "random_map.h"
 
 namespace oaslam {
 namespace {
-
-using testing::AllOf;
-using testing::HasSubstr;
 
 const MapRecordings kTwo{{"walk", "/a.mp4", 0}, {"walk \u00fc/2", "/b.mp4", 10}};
 
@@ -34,12 +28,9 @@ TEST(Recordings, AreFoundByNumberOrName) {
   EXPECT_EQ(FindRecording({}, "1"), 0U);
   EXPECT_EQ(FindRecording(kTwo, "2"), 1U);
   EXPECT_EQ(FindRecording(kTwo, "walk"), 0U);
-  EXPECT_THAT(InputErrorOf([] { FindRecording(kTwo, "3"); }),
-              AllOf(HasSubstr("\"3\""), HasSubstr("1 (walk), 2 (walk")));
-  EXPECT_THAT(InputErrorOf([] {
-                FindRecording({{"a", "", 0}, {"a", "", 5}}, "a");
-              }),
-              HasSubstr("several"));
+  EXPECT_INPUT_ERROR(FindRecording(kTwo, "3"),
+                     AllOf(HasSubstr("\"3\""), HasSubstr("1 (walk), 2 (walk")));
+  EXPECT_INPUT_ERROR(FindRecording({{"a", "", 0}, {"a", "", 5}}, "a"), HasSubstr("several"));
 }
 
 TEST(Recordings, OneOfTwoIsTaken) {
@@ -59,12 +50,12 @@ TEST(Recordings, OneOfTwoIsTaken) {
       EXPECT_EQ(pose.frame_index >= middle, which == 1);
       EXPECT_TRUE(one.map.ResolvePose(pose.reference) || !saved.map.ResolvePose(pose.reference));
     }
-    EXPECT_THAT(one.map.CheckInvariants(), testing::IsEmpty());
+    EXPECT_THAT(one.map.CheckInvariants(), IsEmpty());
     total += one.map.keyframes.size();
   }
   EXPECT_EQ(total, saved.map.keyframes.size());
   saved.recordings.push_back({"c", "", 1'000'000});
-  EXPECT_THAT(InputErrorOf([&] { OfRecording(saved, 2); }), HasSubstr("3 (c) has no keyframe"));
+  EXPECT_INPUT_ERROR(OfRecording(saved, 2), HasSubstr("3 (c) has no keyframe"));
 }
 
 }  // namespace

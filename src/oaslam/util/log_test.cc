@@ -1,17 +1,14 @@
 #include "oaslam/util/log.h"
 
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <future>
 #include <memory>
-#include <string>
 #include <thread>
 #include <vector>
+
+#include "matchers.h"
 
 namespace oaslam {
 namespace {
@@ -49,7 +46,7 @@ TEST(Log, ASinkMayReplaceItselfAndCauseMessages) {
   Log(LogLevel::kInfo, "b");
   SetLogSink({});
   Log(LogLevel::kInfo, "c");
-  EXPECT_THAT(told, testing::ElementsAre("second: from within", "first: a", "second: b"));
+  EXPECT_THAT(told, ElementsAre("second: from within", "first: a", "second: b"));
 }
 
 // A sink that waited for another would deadlock with a thread that logs while it holds a lock which

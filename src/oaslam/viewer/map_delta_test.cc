@@ -1,10 +1,8 @@
 #include "oaslam/viewer/map_delta.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <map>
 
+#include "matchers.h"
 #include "message_reader.h"
 #include "oaslam/viewer/path.h"
 #include "random_map.h"
@@ -13,8 +11,6 @@ namespace oaslam {
 namespace {
 
 using nlohmann::json;
-using testing::ElementsAre;
-using testing::IsEmpty;
 
 // The state of a page after a sequence of messages.
 struct Page {

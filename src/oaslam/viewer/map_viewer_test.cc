@@ -1,8 +1,5 @@
 #include "oaslam/map_viewer.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <opencv2/imgcodecs.hpp>
 
 #include "desk_clip.h"
@@ -11,8 +8,6 @@
 
 namespace oaslam {
 namespace {
-
-using testing::HasSubstr;
 
 using MapViewerTest = SlamWithMap;
 
@@ -57,9 +52,8 @@ TEST_F(MapViewerTest, APortThatIsTakenIsNamed) {
   const Slam slam = MakeSlam();
   const MapViewer viewer(slam, {.port = 0});
   const int port = PortOf(viewer.url());
-  EXPECT_THAT(InputErrorOf([&] { MapViewer(slam, {.port = port}); }),
-              HasSubstr(std::to_string(port)));
-  EXPECT_THAT(InputErrorOf([&] { MapViewer(slam, {.port = 70000}); }), HasSubstr("65535"));
+  EXPECT_INPUT_ERROR(MapViewer(slam, {.port = port}), HasSubstr(std::to_string(port)));
+  EXPECT_INPUT_ERROR(MapViewer(slam, {.port = 70000}), HasSubstr("65535"));
 }
 
 }  // namespace

@@ -1,31 +1,25 @@
 #include "oaslam/viewer/saved_run.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "expect_input_error.h"
+#include "folder_test.h"
 #include "oaslam/exports/map_results.h"
 #include "random_map.h"
-#include "temp_folder.h"
 
 namespace oaslam {
 namespace {
-
-using testing::HasSubstr;
-using testing::SizeIs;
 
 constexpr const char* kObjects =
     R"([{"id": 3, "category_id": 41, "category": "mug", "center": [1, 2, 3], "half_axes": [0.1, 0.2, 0.1],
   "rotation": [0, 0, 0, 1], "observations": 50, "score": 0.9, "covariance_diag": [1, 1, 1, 1, 1, 1, 1]}])";
 constexpr const char* kFrames =
     "frame,timestamp,state,keypoints,matched,inliers,detections,objects,ms_total,ms_features,ms_"
-    "track,ms_objects,cpu_"
-    "ms,filled\n"
+    "track,ms_objects,cpu_ms,filled\n"
     "100,0.000000,initializing,0,,,3,0,4.1,3,1,0,4,0\n"
     "101,0.033333,tracking,900,300,250,3,0,8.25,3,1,0,4,0\n";
 
-TEST(SavedRun, AMapFile) {
-  const TempFolder folder;
+struct SavedRunTest : FolderTest {};
+
+TEST_F(SavedRunTest, AMapFile) {
   Rng rng(1);
   const SavedMap saved = RandomMap({}, rng);
   SaveMap(folder / "a.map", saved);
@@ -36,12 +30,11 @@ TEST(SavedRun, AMapFile) {
   folder.Write("frames.csv", kFrames);
   EXPECT_THAT(LoadSavedRun(folder.path(), "").notes, SizeIs(2));
   SaveMap(folder / "b.map", saved);
-  EXPECT_THAT(InputErrorOf([&] { LoadSavedRun(folder.path(), ""); }), HasSubstr("2 map files"));
+  EXPECT_INPUT_ERROR(LoadSavedRun(folder.path(), ""), HasSubstr("2 map files"));
   EXPECT_EQ(LoadSavedRun(folder.path(), folder / "b.map").map_file, folder / "b.map");
 }
 
-TEST(SavedRun, AFolderOfTextFiles) {
-  const TempFolder folder;
+TEST_F(SavedRunTest, AFolderOfTextFiles) {
   folder.Write("objects.json", kObjects);
   folder.Write("trajectory.txt", "0.033333 1 2 3 0 0 0 1\n");
   folder.Write("keyframes.txt", "0.033333 1 2 3 0 0 0 1\n");
@@ -60,26 +53,21 @@ TEST(SavedRun, AFolderOfTextFiles) {
   EXPECT_LT((pose.OriginInSource() - Eigen::Vector3d(1, 2, 3)).norm(), 1e-9);
 }
 
-TEST(SavedRun, PosesFoundInAMap) {
-  const TempFolder folder;
+TEST_F(SavedRunTest, PosesFoundInAMap) {
   Rng rng(1);
   SaveMap(folder / "a.map", RandomMap({}, rng));
   folder.Write("found/poses.txt", "0.5 7 8 9 0 0 0 1\n");
   folder.Write("found/frames.csv",
                "frame,timestamp,status,confidence,inlier_points,matched_objects,sigma_position,ms_"
-               "features,ms\n5,0.5,"
-               "points+objects,0.9,80,4,0.01,5,11\n");
+               "features,ms\n5,0.5,points+objects,0.9,80,4,0.01,5,11\n");
   const SavedRun run = LoadSavedRun(folder / "found", folder / "a.map");
   ASSERT_THAT(run.saved.trajectory, SizeIs(1));
   EXPECT_EQ(run.saved.trajectory[0].state, TrackingState::kRelocalized);
 }
 
-TEST(SavedRun, BadInputIsNamed) {
-  const TempFolder folder;
-  EXPECT_THAT(InputErrorOf([&] { LoadSavedRun(folder.path(), ""); }),
-              HasSubstr("neither a map file nor"));
-  EXPECT_THAT(InputErrorOf([&] { LoadSavedRun(folder.Write("x.map", "no map"), ""); }),
-              HasSubstr("x.map"));
+TEST_F(SavedRunTest, BadInputIsNamed) {
+  EXPECT_INPUT_ERROR(LoadSavedRun(folder.path(), ""), HasSubstr("neither a map file nor"));
+  EXPECT_INPUT_ERROR(LoadSavedRun(folder.Write("x.map", "no map"), ""), HasSubstr("x.map"));
   const auto objects_error = [&](const std::string& text) {
     const TempFolder other;
     other.Write("objects.json", text);

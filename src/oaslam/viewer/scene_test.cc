@@ -1,10 +1,8 @@
 #include "oaslam/viewer/scene.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <opencv2/imgcodecs.hpp>
 
+#include "matchers.h"
 #include "message_reader.h"
 #include "oaslam/geometry/camera_model.h"
 #include "random_map.h"
@@ -13,9 +11,6 @@ namespace oaslam {
 namespace {
 
 using nlohmann::json;
-using testing::ElementsAre;
-using testing::IsEmpty;
-using testing::SizeIs;
 
 // One mapped object in front of a camera at the origin.
 Map MapWithCup() {
@@ -189,13 +184,8 @@ TEST(Scene, AKeyframeIsAFrame) {
 
 // A point of the scene is drawn where the tracker sees it, also with a lens that distorts.
 TEST(IdealPictureMaker, UndistortsAsTheTrackerDoes) {
-  Camera camera{.width = 640,
-                .height = 480,
-                .fx = 500,
-                .fy = 500,
-                .cx = 320,
-                .cy = 240,
-                .distortion = {-0.3, 0.1, 0, 0, 0}};
+  Camera camera{.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 320, .cy = 240};
+  camera.distortion = {-0.3, 0.1, 0, 0, 0};
   const Eigen::Vector2d pixel(560, 400);
   cv::Mat image(480, 640, CV_8UC1, cv::Scalar(0));
   image(cv::Rect(558, 398, 5, 5)) = 255;

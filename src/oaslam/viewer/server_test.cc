@@ -1,9 +1,7 @@
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <boost/asio/write.hpp>
 #include <thread>
 
+#include "matchers.h"
 #include "oaslam/net/gzipped.h"
 #include "oaslam/viewer/page.h"
 #include "oaslam/viewer/viewer.h"
@@ -16,8 +14,6 @@ namespace {
 
 namespace asio = boost::asio;
 using asio::ip::tcp;
-using testing::AllOf;
-using testing::HasSubstr;
 
 std::string Get(const std::string& target, const std::string& headers) {
   return "GET " + target + " HTTP/1.1\r\nConnection: close\r\n" + headers + "\r\n";
@@ -155,7 +151,7 @@ TEST(Viewer, ThatMoreIsAskedForThanCanWaitIsSaid) {
     std::vector<std::string> kinds = told("keyframe");  // all commands have come
     viewer.ShowEvent(0, "end", "");
     for (const std::string& kind : told("end")) kinds.push_back(kind);
-    EXPECT_THAT(kinds, testing::ElementsAre("refused", "end"));
+    EXPECT_THAT(kinds, ElementsAre("refused", "end"));
     EXPECT_EQ(viewer.TakeCommands().size(), 64U);
   }
   page.Send(R"({"type":"command","name":"step"})");
