@@ -16,4 +16,10 @@ using ::testing::Pair;
 using ::testing::SizeIs;
 using ::testing::StartsWith;
 
+// A text that has all of these in it.
+template <typename... Texts>
+auto HasSubstrs(const Texts&... texts) {
+  return AllOf(HasSubstr(texts)...);
+}
+
 }  // namespace oaslam

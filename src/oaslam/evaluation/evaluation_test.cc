@@ -91,7 +91,7 @@ TEST(TrajectoryMetrics, SaysWhyNot) {
   auto late = truth;
   for (StampedPose& pose : late) pose.timestamp += 100;
   EXPECT_THAT(EvaluateTrajectory(truth, late, AlignMode::kSim3).why_not,
-              AllOf(HasSubstr("no pose within"), HasSubstr("its times are 100.00 to ")));
+              HasSubstrs("no pose within", "its times are 100.00 to "));
   EXPECT_THAT(EvaluateTrajectory(truth, {truth[0], truth[1]}, AlignMode::kSim3).why_not,
               HasSubstr("2 of 2 poses"));
   auto still = truth;

@@ -129,7 +129,7 @@ TEST_F(CameraFile, ColmapPixelCentresAreAtHalfIntegers) {
   EXPECT_EQ(radial.distortion[0], 0.01);
   EXPECT_INPUT_ERROR(LoadCamera(two, {}), HasSubstr("2 cameras"));
   EXPECT_INPUT_ERROR(LoadCamera(folder.Write("few.txt", "1 PINHOLE 640 480 500 500 320\n"), {}),
-                     AllOf(HasSubstr("few.txt:1"), HasSubstr("expected 6")));
+                     HasSubstrs("few.txt:1", "expected 6"));
 }
 
 TEST_F(CameraFile, FieldOfViewIsAGuess) {
@@ -145,18 +145,17 @@ TEST_F(CameraFile, BadInputIsNamed) {
   const auto error = [&](const std::string& text, const cv::Size& size = {640, 480}) {
     return InputErrorOf([&] { LoadCamera(folder.Write("bad.yaml", text), size); });
   };
-  EXPECT_THAT(error(kRos, {320, 240}), AllOf(HasSubstr("640 x 480"), HasSubstr("320 x 240")));
+  EXPECT_THAT(error(kRos, {320, 240}), HasSubstrs("640 x 480", "320 x 240"));
   EXPECT_THAT(error(Replaced(kRos, "520.9", ".nan")),
-              AllOf(HasSubstr("bad.yaml"), HasSubstr("camera_matrix.data[0]")));
-  EXPECT_THAT(error(Replaced(kRos, "520.9", "-520.9")),
-              AllOf(HasSubstr("fx"), HasSubstr("-520.9"), HasSubstr("allowed")));
+              HasSubstrs("bad.yaml", "camera_matrix.data[0]"));
+  EXPECT_THAT(error(Replaced(kRos, "520.9", "-520.9")), HasSubstrs("fx", "-520.9", "allowed"));
   EXPECT_THAT(error(Replaced(kRos, "520.9, 0", "520.9, 3")), HasSubstr("expected [fx 0 cx"));
   EXPECT_THAT(error(Replaced(kRos, "plumb_bob", "double_sphere")),
-              AllOf(HasSubstr("double_sphere"), HasSubstr("allowed")));
+              HasSubstrs("double_sphere", "allowed"));
   EXPECT_THAT(error(Replaced(kRos, "image_height: 480\n", "")),
               HasSubstr("image_height is missing"));
   EXPECT_THAT(error(Replaced(kRos, "data: [0.2312", "data: [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.2312")),
-              AllOf(HasSubstr("distortion_coefficients[14]"), HasSubstr("only 14 coefficients")));
+              HasSubstrs("distortion_coefficients[14]", "only 14 coefficients"));
   EXPECT_THAT(error("a: 1\n"), HasSubstr("not a calibration"));
   EXPECT_THAT(error("a: [1\n"), HasSubstr("bad.yaml:"));
   EXPECT_INPUT_ERROR(LoadCamera(folder / "missing.yaml", {}), HasSubstr("no such file"));
@@ -167,9 +166,9 @@ TEST_F(CameraFile, AMatrixWithoutItsDataIsNamed) {
     std::string text = kRos;
     const size_t data = text.find("data", text.find(key));
     text.erase(data, text.find('\n', data) - data);
-    EXPECT_INPUT_ERROR(LoadCamera(folder.Write("bad.yaml", text), {640, 480}),
-                       AllOf(HasSubstr("bad.yaml"), HasSubstr(std::string(key) + ".data: nothing"),
-                             HasSubstr("list of numbers")));
+    EXPECT_INPUT_ERROR(
+        LoadCamera(folder.Write("bad.yaml", text), {640, 480}),
+        HasSubstrs("bad.yaml", std::string(key) + ".data: nothing", "list of numbers"));
   }
 }
 

@@ -174,7 +174,7 @@ TEST_F(CameraKinds, UnitsAndKindsThatAreNotKnownAreExplained) {
       {"", "not a calibration"}};
   for (const auto& [text, word] : files)
     EXPECT_INPUT_ERROR(LoadCamera(folder.Write("c.txt", text), {640, 480}),
-                       AllOf(HasSubstr("c.txt"), HasSubstr(word)))
+                       HasSubstrs("c.txt", word))
         << text;
 }
 
@@ -185,8 +185,7 @@ TEST_F(CameraKinds, APrincipalPointFarAsideIsSaid) {
   EXPECT_EQ(said, "");
   LoadCamera(folder.Write("c.txt", "525 525 319.5 239.5\n"), {1280, 960});
   SetLogSink({});
-  EXPECT_THAT(said,
-              AllOf(HasSubstr("320 240"), HasSubstr("1280 x 960"), HasSubstr("about 640 x 480")));
+  EXPECT_THAT(said, HasSubstrs("320 240", "1280 x 960", "about 640 x 480"));
 }
 
 TEST_F(CameraKinds, SizesOfAllSpellingsAreCompared) {
@@ -195,7 +194,7 @@ TEST_F(CameraKinds, SizesOfAllSpellingsAreCompared) {
                            "Camera: {model: perspective, fx: 525, fy: 525, cx: 319.5, cy: 239.5, "
                            "cols: 1280, rows: 960}\n"})
     EXPECT_INPUT_ERROR(LoadCamera(folder.Write("c.yaml", text), {640, 480}),
-                       AllOf(HasSubstr("1280 x 960"), HasSubstr("640 x 480")));
+                       HasSubstrs("1280 x 960", "640 x 480"));
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ TEST_F(CameraMask, IsRelativeToTheCalibration) {
   EXPECT_EQ(MaskOfCalibration("fov:65"), "");
   EXPECT_EQ(MaskOfCalibration(folder / "missing.yaml"), "");
   EXPECT_INPUT_ERROR(MaskOfCalibration(folder.Write("d.yaml", "mask: [1, 2]\n")),
-                     AllOf(HasSubstr("d.yaml"), HasSubstr("mask"), HasSubstr("path of an image")));
+                     HasSubstrs("d.yaml", "mask", "path of an image"));
 }
 
 TEST_F(CameraMask, IsFoundInEachKindOfFile) {

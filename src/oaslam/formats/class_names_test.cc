@@ -36,7 +36,7 @@ TEST_F(ClassFile, BadNamesAreRefused) {
   EXPECT_THAT(Error("names: {}\n"), HasSubstr("no class names"));
   EXPECT_THAT(Error("\n", "f.txt"), HasSubstr("no class names"));
   EXPECT_THAT(Error("names: [a]\nmovabel: [a]\n"),
-              AllOf(HasSubstr("c.yaml:2"), HasSubstr("movabel"), HasSubstr("nearest is movable")));
+              HasSubstrs("c.yaml:2", "movabel", "nearest is movable"));
 }
 
 TEST_F(ClassFile, PartsAndMovables) {
@@ -71,13 +71,11 @@ TEST_F(ClassFile, RelationsWithoutNamesAreOfCoco) {
 TEST_F(ClassFile, BadRelationsAreRefused) {
   const std::string names = "names: [head, statue, person]\n";
   EXPECT_THAT(Error(names + "movable: [preson]\n"),
-              AllOf(HasSubstr("movable"), HasSubstr("\"preson\""), HasSubstr("\"person\"")));
+              HasSubstrs("movable", "\"preson\"", "\"person\""));
   EXPECT_THAT(Error(names + "movable: person\n"), HasSubstr("expected [person, chair]"));
   EXPECT_THAT(Error(names + "movable: [[person]]\n"), HasSubstr("expected the name of a class"));
-  EXPECT_THAT(Error(names + "parts: {head: statues}\n"),
-              AllOf(HasSubstr("parts.head"), HasSubstr("\"statue\"")));
-  EXPECT_THAT(Error(names + "parts: {haed: statue}\n"),
-              AllOf(HasSubstr("parts"), HasSubstr("\"head\"")));
+  EXPECT_THAT(Error(names + "parts: {head: statues}\n"), HasSubstrs("parts.head", "\"statue\""));
+  EXPECT_THAT(Error(names + "parts: {haed: statue}\n"), HasSubstrs("parts", "\"head\""));
   EXPECT_THAT(Error(names + "parts: [head]\n"), HasSubstr("expected {head: statue}"));
   EXPECT_THAT(Error(names + "parts: {head: [statue, person]}\n"),
               HasSubstr("expected the name of a class"));

@@ -49,12 +49,11 @@ TEST_F(ConfigFile, AllProblemsAtOnceAndNothingSet) {
   });
   EXPECT_THAT(
       error,
-      AllOf(HasSubstr("c.yaml:3: features.resolution: 3.5, expected a whole number"),
-            HasSubstr(
-                "c.yaml:5: tracking.min_inlier: unknown key, the nearest is tracking.min_inliers"),
-            HasSubstr("c.yaml:6: tracking.max_object_sigma: \"many\", expected a number"),
-            HasSubstr("runner.mode: \"fast\", allowed: sequential | lockstep | live"),
-            HasSubstr("runner.lag: 0, allowed: 1 to 1000")));
+      HasSubstrs("c.yaml:3: features.resolution: 3.5, expected a whole number",
+                 "c.yaml:5: tracking.min_inlier: unknown key, the nearest is tracking.min_inliers",
+                 "c.yaml:6: tracking.max_object_sigma: \"many\", expected a number",
+                 "runner.mode: \"fast\", allowed: sequential | lockstep | live",
+                 "runner.lag: 0, allowed: 1 to 1000"));
   EXPECT_EQ(config.features.count, SlamConfig().features.count);
 }
 

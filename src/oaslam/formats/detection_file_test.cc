@@ -57,7 +57,7 @@ TEST_F(DetectionFileTest, AFewBadBoxesAreLeftOut) {
               SizeIs(6));
   // In a file of x, y, width and height many boxes are inverted.
   EXPECT_THAT(ErrorOf(WithBadBoxes(6, 10)),
-              AllOf(HasSubstr("7.png, detection 0"), HasSubstr("the first of 6 bad ones of 16")));
+              HasSubstrs("7.png, detection 0", "the first of 6 bad ones of 16"));
   EXPECT_THAT(ErrorOf(WithBadBoxes(3, 0)), HasSubstr("the first of 3 bad ones of 3"));
 }
 
@@ -98,7 +98,7 @@ TEST_F(DetectionFileTest, NothingIsWrittenThatCannotBeRead) {
   without_box.box.x2 = INFINITY;
   for (const Detection& bad : {without_score, without_box})
     EXPECT_INPUT_ERROR(SaveDetections(folder / "d.json", {{"7.png", {good, bad}}}),
-                       AllOf(HasSubstr("7.png: detection 1"), HasSubstr("not finite")));
+                       HasSubstrs("7.png: detection 1", "not finite"));
   EXPECT_FALSE(std::filesystem::exists(folder / "d.json"));
 }
 
@@ -125,7 +125,7 @@ TEST_F(DetectionFileTest, Coco) {
       LoadDetections(folder.Write(
           "r.json",
           R"([{"image_id": 9, "category_id": 3, "bbox": [10, 20, -5, 6], "score": 0.5}])")),
-      AllOf(HasSubstr("entry 0 (a/img.jpg)"), HasSubstr("bbox")));
+      HasSubstrs("entry 0 (a/img.jpg)", "bbox"));
 }
 
 TEST_F(DetectionFileTest, WhatIsNoListIsNamed) {
@@ -135,7 +135,7 @@ TEST_F(DetectionFileTest, WhatIsNoListIsNamed) {
       {R"({"images": [], "annotations": {"id": 1}})", "annotations"}};
   for (const auto& [text, key] : files)
     EXPECT_INPUT_ERROR(LoadDetections(folder.Write("d.json", text)),
-                       AllOf(HasSubstr("d.json"), HasSubstr(key), HasSubstr("expected a list")));
+                       HasSubstrs("d.json", key, "expected a list"));
 }
 
 TEST_F(DetectionFileTest, UltralyticsPredictions) {
@@ -177,8 +177,7 @@ TEST_F(DetectionFileTest, BadLabelsAreNamed) {
   for (const char* labels :
        {"7", "[]", "[41, 0.6]", "[[41]]", "[[41, 0.6, 1]]", "[[41, 1.6]]", "[[-1, 0.6]]",
         "[[4.5, 0.6]]", "[[\"cup\", 0.6]]", "[[41, 0.6], [41, 0.3]]", "[[41, 0], [45, 0]]"})
-    EXPECT_THAT(ErrorOf(WithLabels(labels)),
-                AllOf(HasSubstr("d.json"), HasSubstr("7.png, detection 0"), HasSubstr("labels: ")))
+    EXPECT_THAT(ErrorOf(WithLabels(labels)), HasSubstrs("d.json", "7.png, detection 0", "labels: "))
         << labels;
   EXPECT_THAT(ErrorOf(WithLabels("[[41, 0.6], [45, 0.3]]", R"(, "category_id": 45)")),
               HasSubstr("category_id: 45, but the best of its labels is 41"));
@@ -187,13 +186,11 @@ TEST_F(DetectionFileTest, BadLabelsAreNamed) {
 TEST_F(DetectionFileTest, BadEntriesAreNamed) {
   for (const char* box : {"[5, 0, 1, 9]", "[0, 9, 4, 9]", "[0, 0, 1e7, 9]", "[0, 0, 9]",
                           "[0, 0, null, 9]", "[0, 0, \"4\", 9]"})
-    EXPECT_THAT(ErrorOf(WithBox(box)),
-                AllOf(HasSubstr("d.json"), HasSubstr("7.png, detection 0"), HasSubstr("bbox")))
-        << box;
+    EXPECT_THAT(ErrorOf(WithBox(box)), HasSubstrs("d.json", "7.png, detection 0", "bbox")) << box;
   EXPECT_THAT(ErrorOf(WithBox("[0, 0, NaN, 9]")), HasSubstr("bbox: null, expected a number"));
   EXPECT_THAT(ErrorOf(WithBox("[0, 0, 1e999, 9]")), HasSubstr("d.json"));
   EXPECT_THAT(ErrorOf("[{\"file_name\": \"a\"}]"),
-              AllOf(HasSubstr("entry 0"), HasSubstr("\"detections\" is missing")));
+              HasSubstrs("entry 0", "\"detections\" is missing"));
   EXPECT_THAT(
       ErrorOf(
           R"([{"file_name": "a", "detections": [{"category_id": 1.5, "detection_score": 0.8, "bbox": [0,0,1,1]}]}])"),

@@ -97,8 +97,7 @@ TEST(MatchedToImages, WhatDoesNotFitIsRefusedWithTwoExamples) {
     return InputErrorOf([&] { Match(names, images); });
   };
   EXPECT_THAT(error({"kitchen.jpg", "hall.jpg"}, Video(5)),
-              AllOf(HasSubstr("d.json: none of its 2 names"), HasSubstr("\"kitchen.jpg\""),
-                    HasSubstr("\"000000\"")));
+              HasSubstrs("d.json: none of its 2 names", "\"kitchen.jpg\"", "\"000000\""));
   EXPECT_THAT(error({"a_1.jpg", "b_1.jpg"}, Video(5)), HasSubstr("\"a_1.jpg\""));
   EXPECT_THAT(error({"clip_100.jpg"}, Video(5)), HasSubstr("\"clip_100.jpg\""));
   EXPECT_THAT(error({"000001.jpg", "000001.png"}, Video(5)),

@@ -32,13 +32,12 @@ TEST_F(ImuFile, ErrorsNameTheLineAndTheBound) {
   const auto problem = [&](const std::string& text) {
     return InputErrorOf([&] { LoadImu(folder.Write("imu.csv", text), kSame); });
   };
-  EXPECT_THAT(problem("# nothing\n"), AllOf(HasSubstr("imu.csv"), HasSubstr("EuRoC")));
+  EXPECT_THAT(problem("# nothing\n"), HasSubstrs("imu.csv", "EuRoC"));
   EXPECT_THAT(problem("10,0,0,0\n20,0,x,0\n"), HasSubstr("imu.csv:2: column 3"));
   EXPECT_THAT(problem("10,0,0\n"), HasSubstr("imu.csv:1: column 4"));
   EXPECT_THAT(problem("1000000000,0,0,0\n1000000000,0,0,0\n"),
-              AllOf(HasSubstr("imu.csv:2"), HasSubstr("not after the one before, 1.000000")));
-  EXPECT_THAT(problem("10,0,180,0\n"),
-              AllOf(HasSubstr("imu.csv:1"), HasSubstr("180 rad/s"), HasSubstr("0 to 100")));
+              HasSubstrs("imu.csv:2", "not after the one before, 1.000000"));
+  EXPECT_THAT(problem("10,0,180,0\n"), HasSubstrs("imu.csv:1", "180 rad/s", "0 to 100"));
   EXPECT_INPUT_ERROR(LoadImu(folder / "none.csv", kSame), HasSubstr("none.csv"));
 }
 
@@ -53,11 +52,10 @@ TEST_F(ImuFile, TimeStampsInAnotherUnitAreRefused) {
   EXPECT_THAT(load(1e-9), SizeIs(6));
   for (const double unit_s : {1.0, 1e-3, 1e-6})
     EXPECT_INPUT_ERROR(load(unit_s),
-                       AllOf(HasSubstr("imu.csv:2: "), HasSubstr("median spacing 5e-"),
-                             HasSubstr("0.0001 to 0.1 s"), HasSubstr("in ns")));
+                       HasSubstrs("imu.csv:2: ", "median spacing 5e-", "0.0001 to 0.1 s", "in ns"));
   EXPECT_INPUT_ERROR(
       LoadImu(folder.Write("slow.csv", "1000000000,0,0,0\n2000000000,0,0,0\n"), kSame),
-      AllOf(HasSubstr("slow.csv:1: "), HasSubstr("median spacing 1 s")));
+      HasSubstrs("slow.csv:1: ", "median spacing 1 s"));
 }
 
 TEST_F(ImuFile, TheCalibrationTellsHowTheCameraLies) {
@@ -79,11 +77,11 @@ TEST_F(ImuFile, TheCalibrationTellsHowTheCameraLies) {
       LoadCameraFromImu(folder.Write("cameras.txt", "1 PINHOLE 640 480 500 500 320 240\n")));
   EXPECT_INPUT_ERROR(
       LoadCameraFromImu(folder.Write("short.yaml", "T_BS: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n")),
-      AllOf(HasSubstr("short.yaml: T_BS"), HasSubstr("9 values, expected 16")));
+      HasSubstrs("short.yaml: T_BS", "9 values, expected 16"));
   EXPECT_INPUT_ERROR(
       LoadCameraFromImu(
           folder.Write("mirror.yaml", "T_BS: [-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n")),
-      AllOf(HasSubstr("mirror.yaml: T_BS"), HasSubstr("no rotation")));
+      HasSubstrs("mirror.yaml: T_BS", "no rotation"));
 }
 
 }  // namespace

@@ -41,8 +41,8 @@ TEST_F(TrajectoryFile, BadLinesAreNamed) {
   const auto error = [&](const std::string& text) {
     return InputErrorOf([&] { LoadTrajectory(folder.Write("t.txt", text)); });
   };
-  EXPECT_THAT(error("#\n1 2 3\n"), AllOf(HasSubstr("t.txt:2"), HasSubstr("3 columns")));
-  EXPECT_THAT(error("1 2 nan 4 0 0 0 1\n"), AllOf(HasSubstr("t.txt:1"), HasSubstr("\"nan\"")));
+  EXPECT_THAT(error("#\n1 2 3\n"), HasSubstrs("t.txt:2", "3 columns"));
+  EXPECT_THAT(error("1 2 nan 4 0 0 0 1\n"), HasSubstrs("t.txt:1", "\"nan\""));
   EXPECT_THAT(error("1 2 3 4 0 0 0 0\n"), HasSubstr("quaternion of length 0"));
 }
 
@@ -67,7 +67,7 @@ TEST_F(TrajectoryFile, EurocGroundTruth) {
   EXPECT_EQ(tum[0].timestamp, 1.5);
   EXPECT_NEAR(tum[0].world_from_cam.rotation.x(), 0.6, 1e-12);
   EXPECT_INPUT_ERROR(LoadTrajectory(folder.Write("d.csv", "1.5,1,2,3,0.6,0,0,0.8\n")),
-                     AllOf(HasSubstr("d.csv"), HasSubstr("order of its quaternions")));
+                     HasSubstrs("d.csv", "order of its quaternions"));
 }
 
 TEST_F(TrajectoryFile, AHeaderTellsTheColumns) {
@@ -96,8 +96,8 @@ TEST_F(TrajectoryFile, TimesInNanosecondsInTumsLayout) {
 TEST_F(TrajectoryFile, Kitti) {
   const std::string path =
       folder.Write("00.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n0 0 1 7 0 1 0 8 -1 0 0 9\n");
-  EXPECT_INPUT_ERROR(LoadTrajectory(path), AllOf(HasSubstr("00.txt: has KITTI's twelve numbers"),
-                                                 HasSubstr("times.txt")));
+  EXPECT_INPUT_ERROR(LoadTrajectory(path),
+                     HasSubstrs("00.txt: has KITTI's twelve numbers", "times.txt"));
   folder.Write("times.txt", "0.000000e+00\n1.037e-01\n");
   const auto poses = LoadTrajectory(path);
   ASSERT_THAT(poses, SizeIs(2));
@@ -117,7 +117,7 @@ TEST_F(TrajectoryFile, NothingIsWrittenThatCannotBeRead) {
   broken.translation.y() = INFINITY;
   for (const StampedPose& pose : {StampedPose{std::nan(""), {}}, StampedPose{1, broken}})
     EXPECT_INPUT_ERROR(SaveTrajectory(folder / "t.txt", {{0, {}}, pose}),
-                       AllOf(HasSubstr("t.txt: pose 1"), HasSubstr("not finite")));
+                       HasSubstrs("t.txt: pose 1", "not finite"));
   EXPECT_FALSE(std::filesystem::exists(folder / "t.txt"));
 }
 

@@ -164,7 +164,7 @@ TEST_P(EachDataset, IsTakenByItself) {
   EXPECT_FALSE(FindDataset(folder.path(), {.dataset = "None"}));
   const std::string other = made.layout == std::string("KITTI") ? "tum" : "kitti";
   EXPECT_INPUT_ERROR(FindDataset(folder.path(), {.dataset = other}),
-                     AllOf(HasSubstr(folder.path()), HasSubstr("--dataset " + other)));
+                     HasSubstrs(folder.path(), "--dataset " + other));
 }
 
 TEST_P(EachDataset, HasItsTruthAndItsCamera) {
@@ -262,7 +262,7 @@ TEST_F(DatasetTest, OtherSourcesAreNone) {
   EXPECT_FALSE(FindDataset(folder / "missing", {}));
   EXPECT_FALSE(FindDataset(folder.path(), {.follow = FollowOptions{}}));
   EXPECT_INPUT_ERROR(FindDataset(folder.path(), {.dataset = "kiti"}),
-                     AllOf(HasSubstr("--dataset kiti"), HasSubstr("KITTI"), HasSubstr("none")));
+                     HasSubstrs("--dataset kiti", "KITTI", "none"));
   EXPECT_INPUT_ERROR(FindDataset(folder / "1.pgm", {.dataset = "kitti"}),
                      HasSubstr("no folder in that layout"));
 }
@@ -282,12 +282,11 @@ std::string ProblemOf(const char* layout, const char* file, const std::string& t
 
 TEST_F(DatasetTest, DamagedFilesAreNamed) {
   EXPECT_THAT(ProblemOf("KITTI", "times.txt", "0\n1\n"),
-              AllOf(HasSubstr("times.txt: 2 times"), HasSubstr("image_0 has 3 images"),
-                    HasSubstr("KITTI; --dataset none")));
+              HasSubstrs("times.txt: 2 times", "image_0 has 3 images", "KITTI; --dataset none"));
   EXPECT_THAT(ProblemOf("KITTI", "times.txt", "0\n1\nx\n"),
               HasSubstr("times.txt:3: column 1: expected a number"));
   EXPECT_THAT(ProblemOf("EuRoC", "mav0/cam0/data.csv", "#timestamp [ns],filename\n"),
-              AllOf(HasSubstr("EuRoC"), HasSubstr("no images")));
+              HasSubstrs("EuRoC", "no images"));
   EXPECT_THAT(ProblemOf("TUM", "rgb.txt", "1.5\n"), HasSubstr("rgb.txt:1"));
   EXPECT_THAT(ProblemOf("Nerfstudio", "transforms.json", "{\"frames\": [{}]}"),
               HasSubstr("transforms.json: frames[0]: key file_path"));
@@ -306,24 +305,23 @@ TEST_F(DatasetTest, DamagedFilesAreNamed) {
   empty.Write("image_0/readme.txt", "none");
   empty.Write("times.txt", "0\n");
   EXPECT_INPUT_ERROR(FindDataset(empty.path(), {}),
-                     AllOf(HasSubstr(empty.path()), HasSubstr("KITTI, but no images")));
+                     HasSubstrs(empty.path(), "KITTI, but no images"));
   scene.Write("seq-01/frame-000000.color.png", kTinyImage);
   scene.Write("TrainSplit.txt", "sequence1\n");
-  EXPECT_INPUT_ERROR(FindDataset(scene.path(), {}),
-                     AllOf(HasSubstr("one of its sequences"), HasSubstr("seq-01")));
+  EXPECT_INPUT_ERROR(FindDataset(scene.path(), {}), HasSubstrs("one of its sequences", "seq-01"));
 }
 
 TEST_F(DatasetTest, DamagedPosesAreNamed) {
   EXPECT_THAT(ProblemOf("KITTI", "poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n", true),
-              AllOf(HasSubstr("poses.txt: 1 poses"), HasSubstr("3 images")));
+              HasSubstrs("poses.txt: 1 poses", "3 images"));
   EXPECT_THAT(ProblemOf("7-Scenes", "frame-000001.pose.txt", "1 0 0\n", true),
               HasSubstr("frame-000001.pose.txt:1: column 4"));
   EXPECT_THAT(ProblemOf("7-Scenes", "frame-000001.pose.txt", "1 0 0 1\n0 1 0 1\n", true),
               HasSubstr("8 numbers, expected a matrix"));
   EXPECT_THAT(ProblemOf("ScanNet", "pose/1.txt", "2 0 0 1\n0 1 0 1\n0 0 1 1\n", true),
-              AllOf(HasSubstr("1.txt"), HasSubstr("no rotation")));
+              HasSubstrs("1.txt", "no rotation"));
   EXPECT_THAT(ProblemOf("Record3D", "metadata", "{\"poses\": [[0, 0, 0, 1, 1, 2, 3]]}", true),
-              AllOf(HasSubstr("metadata: 1 poses"), HasSubstr("3 images")));
+              HasSubstrs("metadata: 1 poses", "3 images"));
   EXPECT_THAT(ProblemOf("COLMAP", "sparse/0/images.txt", "1 9 0 0 0 0 0 0 1 a\n", true),
               HasSubstr("images.txt:1: quaternion of length 9"));
   EXPECT_THAT(ProblemOf("COLMAP", "sparse/0/images.txt", "1 1 0 0 0 0 0 0 1\n", true),

@@ -86,9 +86,8 @@ TEST_F(ImageSourceTest, UnitsOfTime) {
   const auto error = [&](double first, double step, const ImageSourceOptions& options = {}) {
     return InputErrorOf([&] { OpenImages(list(first, step), options); });
   };
-  EXPECT_THAT(
-      error(1403636579763555584, 33333333),
-      AllOf(HasSubstr("list.txt: "), HasSubstr("looks like ns"), HasSubstr("--time-unit ns")));
+  EXPECT_THAT(error(1403636579763555584, 33333333),
+              HasSubstrs("list.txt: ", "looks like ns", "--time-unit ns"));
   EXPECT_THAT(error(1403636579763555, 33333), HasSubstr("--time-unit us"));
   EXPECT_THAT(error(0, 33), HasSubstr("--time-unit ms"));
   const auto read = ReadAll(list(1403636579763, 50), {.time_unit = 1e-3});
@@ -154,7 +153,7 @@ TEST_F(ImageSourceTest, WhatIsNoTextIsNoList) {
                                       {"small.tgz", std::string("\x1f\x8b\x08\x08 abc\x01")},
                                       {"grey.yuv", std::string(100000, '\x80')}}) {
     EXPECT_THAT(error(folder.Write(name, content)),
-                AllOf(HasSubstr(name), HasSubstr("neither a list of images nor a video")));
+                HasSubstrs(name, "neither a list of images nor a video"));
   }
   EXPECT_THAT(error("/dev/zero"), HasSubstr("/dev/zero: is a device"));
   const std::string pipe = folder / "pipe";
@@ -233,11 +232,9 @@ TEST_F(ImageSourceTest, ListsWithAHeaderOrThePathFirst) {
 TEST_F(ImageSourceTest, WhereTheImagesAreIsSaid) {
   folder.Write("cam0/data/1.pgm", Pgm(4, 4, 9));
   folder.Write("cam1/data/1.pgm", Pgm(4, 4, 9));
-  EXPECT_INPUT_ERROR(ReadAll(folder.path()),
-                     AllOf(HasSubstr("no images"), HasSubstr(folder / "cam0/data")));
+  EXPECT_INPUT_ERROR(ReadAll(folder.path()), HasSubstrs("no images", folder / "cam0/data"));
   for (const char* pattern : {"cam0/data/%06d.png", "cam0/data/*.png"})
-    EXPECT_INPUT_ERROR(ReadAll(folder / pattern),
-                       AllOf(HasSubstr("no such file"), HasSubstr("give the folder")));
+    EXPECT_INPUT_ERROR(ReadAll(folder / pattern), HasSubstrs("no such file", "give the folder"));
 }
 
 TEST_F(ImageSourceTest, ListsFindNamesInEitherNormalForm) {
@@ -271,7 +268,7 @@ TEST_F(ImageSourceTest, BadInputIsNamed) {
   EXPECT_THAT(error(folder.Write("empty.txt", "# nothing\n")), HasSubstr("no images"));
   EXPECT_THAT(error(folder.Write("empty.mp4", "")), HasSubstr("empty.mp4: is empty"));
   EXPECT_THAT(error(folder.Write("mixed.txt", "1.5 a.png\nb.png\n")),
-              AllOf(HasSubstr("mixed.txt:2"), HasSubstr("timestamp path")));
+              HasSubstrs("mixed.txt:2", "timestamp path"));
   EXPECT_THAT(error(folder.Write("lone.txt", "1.5\n")), HasSubstr("lone.txt:1"));
   EXPECT_THAT(error(folder.Write("noise.mp4", std::string("\0\1\2\3", 4))), HasSubstr("noise.mp4"));
   EXPECT_THAT(error("webcam:x"), HasSubstr("webcam:N"));

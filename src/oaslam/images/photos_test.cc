@@ -187,7 +187,7 @@ TEST_F(SensorData, IsRecognisedByItsPixels) {
   cv::imwrite(folder / "m.png", mosaic);
   for (const bool color : {false, true})
     EXPECT_INPUT_ERROR(OpenImages(folder / "m.png", {.color = color})->Next(),
-                       AllOf(HasSubstr("m.png"), HasSubstr("Bayer"), HasSubstr("develop")));
+                       HasSubstrs("m.png", "Bayer", "develop"));
 }
 
 TEST_F(SensorData, IsRecognisedByNames) {
@@ -206,7 +206,7 @@ TEST_F(SensorData, OfPhotosIsRefused) {
   folder.Write("IMG_1.DNG", "II*");
   const std::string list = folder.Write("list.txt", "1.5 IMG_1.DNG\n");
   for (const std::string& source : {folder.path(), folder / "IMG_1.DNG", list})
-    EXPECT_INPUT_ERROR(OpenImages(source, {}), AllOf(HasSubstr("IMG_1.DNG"), HasSubstr("develop")));
+    EXPECT_INPUT_ERROR(OpenImages(source, {}), HasSubstrs("IMG_1.DNG", "develop"));
   // Beside a photo it is the same view again.
   cv::imwrite(folder / "IMG_1.JPG", cv::Mat(40, 40, CV_8UC3, cv::Scalar::all(90)));
   EXPECT_EQ(ListImages(folder.path(), {})->size(), 1U);
@@ -231,7 +231,7 @@ TEST_F(SensorData, OfATiffIsToldByItsTags) {
     for (size_t length = 0; length < 20; ++length) EXPECT_FALSE(is_raw(cfa.substr(0, length)));
   }
   const std::string path = folder.Write("a.tif", tiff(false, 262, 32803));
-  EXPECT_INPUT_ERROR(OpenImages(path, {})->Next(), AllOf(HasSubstr("a.tif"), HasSubstr("Bayer")));
+  EXPECT_INPUT_ERROR(OpenImages(path, {})->Next(), HasSubstrs("a.tif", "Bayer"));
   cv::imwrite(path, cv::Mat(40, 40, CV_8UC1, cv::Scalar(90)));
   EXPECT_TRUE(OpenImages(path, {})->Next());
 }

@@ -101,8 +101,7 @@ TEST_F(VideoSourceTest, OtherVideoStreamsAreSaid) {
                         "-map 0 -map 1 -c:v libx264 " + folder / "two.mkv"));
   const Film film = Watch(folder / "two.mkv");
   EXPECT_EQ(film.sizes.front(), cv::Size(144, 108));
-  EXPECT_THAT(film.warnings, ElementsAre(AllOf(HasSubstr("two.mkv"), HasSubstr("96 x 64"),
-                                               HasSubstr("the first is taken"))));
+  EXPECT_THAT(film.warnings, ElementsAre(HasSubstrs("two.mkv", "96 x 64", "the first is taken")));
 }
 
 TEST_F(VideoSourceTest, PixelsAreMadeSquare) {
@@ -114,7 +113,7 @@ TEST_F(VideoSourceTest, PixelsAreMadeSquare) {
   };
   const Film wide = watch("wide.mp4", "setsar=4/3");  // as HDV
   EXPECT_EQ(wide.sizes.front(), cv::Size(192, 108));
-  EXPECT_THAT(wide.warnings, ElementsAre(AllOf(HasSubstr("wide.mp4"), HasSubstr("1.333"))));
+  EXPECT_THAT(wide.warnings, ElementsAre(HasSubstrs("wide.mp4", "1.333")));
   EXPECT_EQ(watch("narrow.mkv", "setsar=8/9").sizes.front(), cv::Size(128, 108));  // as NTSC DV
   const Film square = watch("square.mp4", "setsar=1");
   EXPECT_EQ(square.sizes.front(), cv::Size(144, 108));
@@ -178,9 +177,7 @@ TEST_F(VideoSourceTest, WithoutTimesItTakesTheRateAndSaysSo) {
     const Film film = Watch(folder / name);
     EXPECT_EQ(film.times, RegularTimes(count, film.times.size() > 1 ? 1 / film.times[1] : 0))
         << name;
-    EXPECT_THAT(film.warnings, ElementsAre(AllOf(HasSubstr(name), HasSubstr("no time stamps"),
-                                                 HasSubstr("--fps"))))
-        << name;
+    EXPECT_THAT(film.warnings, ElementsAre(HasSubstrs(name, "no time stamps", "--fps"))) << name;
     EXPECT_THAT(Watch(folder / name, {.fps = 30}).warnings, IsEmpty());
   }
 }

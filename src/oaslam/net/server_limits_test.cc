@@ -123,7 +123,7 @@ TEST_F(ServerLimits, BodiesTogetherAreBounded) {
   RawClient first(server.port());
   first.Send(announced);
   EXPECT_THAT(first.Read(25), HasSubstr(" 100 "));
-  EXPECT_THAT(AnswerTo(server, announced), AllOf(HasSubstr(" 503 "), HasSubstr("Retry-After: 1")));
+  EXPECT_THAT(AnswerTo(server, announced), HasSubstrs(" 503 ", "Retry-After: 1"));
   EXPECT_THAT(AnswerTo(server, head + "Connection: close\r\nContent-Length: 50\r\n\r\n" +
                                    std::string(50, 'x')),
               HasSubstr(" 200 "));
@@ -242,8 +242,7 @@ TEST_F(ServerLimits, OpenToOthersItWantsTlsAndTokens) {
   ServerOptions open;
   open.address = "0.0.0.0";
   const auto problem = [&] { return InputErrorOf([&] { CheckSafety(open); }); };
-  EXPECT_THAT(problem(),
-              AllOf(HasSubstr("TLS"), HasSubstr(" and tokens"), HasSubstr("--insecure")));
+  EXPECT_THAT(problem(), HasSubstrs("TLS", " and tokens", "--insecure"));
   open.token_file = "tokens";
   EXPECT_THAT(problem(), AllOf(HasSubstr("TLS"), Not(HasSubstr(" and tokens"))));
   open.tls_self_signed = true;

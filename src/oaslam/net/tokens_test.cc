@@ -71,8 +71,7 @@ TEST_F(TokensTest, WarnWhereOtherUsersMayReadThem) {
   const perms own = perms::owner_read | perms::owner_write;
   EXPECT_THAT(warnings(own), IsEmpty());
   for (const perms others : {perms::group_read, perms::others_read})
-    EXPECT_THAT(warnings(own | others),
-                ElementsAre(AllOf(HasSubstr(path), HasSubstr("chmod 600"))));
+    EXPECT_THAT(warnings(own | others), ElementsAre(HasSubstrs(path, "chmod 600")));
 }
 
 }  // namespace

@@ -184,7 +184,7 @@ TEST_F(MapShelfTest, ThoseUsedLeastLatelyAreForgotten) {
 TEST_F(MapShelfTest, AMapThatIsLargerThanTheMemoryIsRefused) {
   OpenShelf(shelf_->Get("a")->bytes - 1);
   EXPECT_THAT([&] { shelf_->Get("a"); },
-              ThrowsMessage<BrokenMap>(AllOf(HasSubstr("map a: "), HasSubstr("--memory"))));
+              ThrowsMessage<BrokenMap>(HasSubstrs("map a: ", "--memory")));
   EXPECT_EQ(shelf_->loaded(), 0u);
 }
 

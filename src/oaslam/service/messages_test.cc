@@ -18,7 +18,7 @@ TEST(Messages, AGyroscopeComesWithAnImage) {
   EXPECT_EQ(samples[0].timestamp, 1.5);
   EXPECT_EQ(samples[0].in_cam, Eigen::Vector3d(0, -1, 2));
   EXPECT_INPUT_ERROR(RequestOf(R"({"angular_velocity": [[1.5, 0, -1]]})"),
-                     AllOf(HasSubstr("header.angular_velocity[0]"), HasSubstr("4")));
+                     HasSubstrs("header.angular_velocity[0]", "4"));
   EXPECT_INPUT_ERROR(RequestOf(R"({"angular_velocity": [[1.5, 0, -1, "2"]]})"),
                      HasSubstr("header.angular_velocity[0][3]"));
 }

@@ -111,8 +111,7 @@ TEST_F(MapFileTest, KeepsSubmaps) {
   EXPECT_EQ(second.map.keyframes.Ids(), saved.submaps[1].map.keyframes.Ids());
   EXPECT_EQ(second.class_names, saved.class_names);
   EXPECT_THAT(second.submaps, IsEmpty());
-  EXPECT_INPUT_ERROR(LoadSubmap(folder / "a.map", 3),
-                     AllOf(HasSubstr("a.map"), HasSubstr("no submap 3"), HasSubstr("0 to 2")));
+  EXPECT_INPUT_ERROR(LoadSubmap(folder / "a.map", 3), HasSubstrs("a.map", "no submap 3", "0 to 2"));
 
   Change("UPDATE pieces SET map = zeroblob(100) WHERE number = 2");
   EXPECT_INPUT_ERROR(LoadMap(folder / "a.map"), HasSubstr("submap 2"));
@@ -122,8 +121,7 @@ TEST_F(MapFileTest, RefusesSubmapsThatShareIds) {
   SavedMap saved = MakeMap();
   saved.submaps = {SubmapOf(saved, 10000), SubmapOf(saved, 10000)};
   SaveMap(folder / "a.map", saved);
-  EXPECT_INPUT_ERROR(LoadMap(folder / "a.map"),
-                     AllOf(HasSubstr("a.map"), HasSubstr("submap 2 shares ids")));
+  EXPECT_INPUT_ERROR(LoadMap(folder / "a.map"), HasSubstrs("a.map", "submap 2 shares ids"));
 }
 
 TEST_F(MapFileTest, KeepsAnchors) {
@@ -154,7 +152,7 @@ TEST_F(MapFileTest, KeepsRecordings) {
   const auto refusal = [&](const std::string& change) {
     return ErrorAfter(saved, "UPDATE recordings SET " + change);
   };
-  EXPECT_THAT(refusal("first_frame = 3"), AllOf(HasSubstr("a.map"), HasSubstr("do not ascend")));
+  EXPECT_THAT(refusal("first_frame = 3"), HasSubstrs("a.map", "do not ascend"));
   EXPECT_THAT(refusal("number = 5 WHERE number = 2"), HasSubstr("recordings"));
   EXPECT_THAT(refusal("name = 'x' WHERE number = 1"), HasSubstr("checksum"));
 }
@@ -342,7 +340,7 @@ TEST_F(MapFileTest, RefusesChangedContent) {
 // tools/fuzz map: the number became infinite, and the map could not be saved again.
 TEST_F(MapFileTest, RefusesNumbersThatAFloatCannotHold) {
   EXPECT_THAT(ErrorAfter(MakeMap(), "UPDATE landmarks SET max_distance = -1e300 WHERE id = 3"),
-              AllOf(HasSubstr("max_distance"), HasSubstr("too large")));
+              HasSubstrs("max_distance", "too large"));
 }
 
 TEST_F(MapFileTest, RefusesLearnedDescriptorsThatCannotBe) {
@@ -350,7 +348,7 @@ TEST_F(MapFileTest, RefusesLearnedDescriptorsThatCannotBe) {
     return ErrorAfter(MakeMap(),
                       "UPDATE learned_descriptors SET " + change + " WHERE keyframe = 2");
   };
-  EXPECT_THAT(refusal("count = 19"), AllOf(HasSubstr("a.map"), HasSubstr("learned_descriptors")));
+  EXPECT_THAT(refusal("count = 19"), HasSubstrs("a.map", "learned_descriptors"));
   EXPECT_THAT(refusal("count = 0"), HasSubstr("learned_descriptors"));
   EXPECT_THAT(refusal("count = 1, keypoints = x'3c00', descriptors = zeroblob(32), "
                       "depths = zeroblob(4)"),
@@ -405,8 +403,7 @@ TEST_F(MapFileTest, SavesWhatIsSoundOfABrokenMap) {
   SaveMap(folder / "a.map", saved);
   SetLogSink(nullptr);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_THAT(told[0], AllOf(HasSubstr("a.map"), HasSubstr("not consistent"),
-                             HasSubstr(std::to_string(broken.value))));
+  EXPECT_THAT(told[0], HasSubstrs("a.map", "not consistent", std::to_string(broken.value)));
   const SavedMap loaded = LoadMap(folder / "a.map");
   EXPECT_EQ(loaded.map.keyframes.Ids(), saved.map.keyframes.Ids());
   EXPECT_EQ(loaded.map.landmarks.size(), landmarks - 1);

@@ -127,8 +127,8 @@ TEST_F(MapPartsTest, AllDamagedPartsAreToldTogether) {
       WithBitFlippedIn(content_, StoredNumber(KeyframeAt(3).cam_from_world.translation.x()));
   damaged = WithBitFlippedIn(damaged, StoredNumber(LandmarkAt(4500).position.z()));
   EXPECT_THAT(ErrorWith(damaged),
-              AllOf(HasSubstr("in 2 of its 13 parts"), HasSubstr(KeyframesOfPart(0, 63)),
-                    HasSubstr(LandmarksOfPart(4096, saved_.map.landmarks.size() - 1))));
+              HasSubstrs("in 2 of its 13 parts", KeyframesOfPart(0, 63),
+                         LandmarksOfPart(4096, saved_.map.landmarks.size() - 1)));
 }
 
 TEST_F(MapPartsTest, ASubmapIsReadWithoutTheOthers) {

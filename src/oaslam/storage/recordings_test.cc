@@ -28,8 +28,7 @@ TEST(Recordings, AreFoundByNumberOrName) {
   EXPECT_EQ(FindRecording({}, "1"), 0U);
   EXPECT_EQ(FindRecording(kTwo, "2"), 1U);
   EXPECT_EQ(FindRecording(kTwo, "walk"), 0U);
-  EXPECT_INPUT_ERROR(FindRecording(kTwo, "3"),
-                     AllOf(HasSubstr("\"3\""), HasSubstr("1 (walk), 2 (walk")));
+  EXPECT_INPUT_ERROR(FindRecording(kTwo, "3"), HasSubstrs("\"3\"", "1 (walk), 2 (walk"));
   EXPECT_INPUT_ERROR(FindRecording({{"a", "", 0}, {"a", "", 5}}, "a"), HasSubstr("several"));
 }
 

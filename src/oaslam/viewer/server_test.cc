@@ -30,8 +30,8 @@ TEST(Viewer, ServesThePageToThisMachineAlone) {
   EXPECT_THAT(AnswerTo(viewer.url(), Get("/", "Host: localhost\r\n")),
               HasSubstr(Gunzip(ViewerPage())));
   EXPECT_THAT(AnswerTo(viewer.url(), Get("/", "Host: localhost\r\nAccept-Encoding: gzip, br\r\n")),
-              AllOf(HasSubstr("Content-Encoding: gzip\r\n"), HasSubstr("Vary: Accept-Encoding\r\n"),
-                    HasSubstr(std::string(ViewerPage()))));
+              HasSubstrs("Content-Encoding: gzip\r\n", "Vary: Accept-Encoding\r\n",
+                         std::string(ViewerPage())));
   EXPECT_THAT(AnswerTo(viewer.url(), Get("/?x", "Host: 127.0.0.1:80\r\n")), HasSubstr("200 OK"));
   EXPECT_THAT(AnswerTo(viewer.url(), Get("/", "Host: evil.example\r\n")),
               HasSubstr("403 Forbidden"));
@@ -202,8 +202,7 @@ TEST(Viewer, ServesModelsAndNothingElse) {
   for (const auto& model : models) {
     const std::string answer =
         AnswerTo(viewer.url(), Get(model["url"].get<std::string>(), "Host: localhost\r\n"));
-    EXPECT_THAT(answer,
-                AllOf(HasSubstr("200 OK"), HasSubstr("model/gltf-binary"), HasSubstr("glTF")));
+    EXPECT_THAT(answer, HasSubstrs("200 OK", "model/gltf-binary", "glTF"));
   }
   for (const std::string path :
        {"/models/", "/models/none/none.glb", "/models/../CMakeLists.txt", "/models/flag/",
@@ -215,7 +214,7 @@ TEST(Viewer, ServesModelsAndNothingElse) {
   const Viewer own(ViewerOptions{.models = std::make_shared<const ModelLibrary>(
                                      std::vector{folder.Write("lamp.glb", "a lamp")})});
   EXPECT_THAT(AnswerTo(own.url(), Get("/models/lamp/lamp.glb", "Host: localhost\r\n")),
-              AllOf(HasSubstr("200 OK"), HasSubstr("a lamp")));
+              HasSubstrs("200 OK", "a lamp"));
 }
 
 // A viewer that stops reading holds up a message or two but no other viewer, and gets the newest
