@@ -15,6 +15,7 @@
 #include "oaslam/config_file.h"
 #include "oaslam/content/model_library.h"
 #include "oaslam/formats/time_unit.h"
+#include "oaslam/images/dataset.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/printable.h"
 
@@ -88,10 +89,15 @@ void AddFrameOptions(CLI::App& app, CommonOptions& options) {
       ->check(CLI::IsMember({"s", "ms", "us", "ns"}));
 }
 
-void AddExifOption(CLI::App& app, CommonOptions& options) {
+void AddImageOptions(CLI::App& app, CommonOptions& options) {
   app.add_flag("--exif-rotation", options.exif_rotation,
                "Turn image files as their EXIF orientation says; calibration and boxes are of the "
                "turned images then");
+  app.add_option("--dataset", options.dataset,
+                 fmt::format("layout of a folder, of which images, times, camera, gyroscope and "
+                             "ground truth are taken: {}, or none; by default told by its files",
+                             fmt::join(DatasetLayouts(), ", ")))
+      ->type_name("NAME|none");
 }
 
 void AddFollowOption(CLI::App& app, CommonOptions& options) {

@@ -43,7 +43,7 @@ CLI::Option* AddRepeatable(CLI::App& app, const std::string& name, std::vector<s
 void AddQuietOption(CLI::App& app, CommonOptions& options);    // --quiet, --verbose
 void AddConfigOptions(CLI::App& app, CommonOptions& options);  // --config, --set
 void AddFrameOptions(CLI::App& app, CommonOptions& options);   // --from, --to, --fps, --time-unit
-void AddExifOption(CLI::App& app, CommonOptions& options);     // --exif-rotation
+void AddImageOptions(CLI::App& app, CommonOptions& options);   // --exif-rotation, --dataset
 void AddFollowOption(CLI::App& app, CommonOptions& options);   // --follow
 void AddSubmapOption(CLI::App& app, int& submap);              // --submap, of a map file
 void AddClassesOption(CLI::App& app, CommonOptions& options);

@@ -30,14 +30,6 @@ bool KnowsGyroscope(const std::string& camera) {
 
 }  // namespace
 
-void AddDatasetOption(CLI::App& app, CommonOptions& options) {
-  app.add_option("--dataset", options.dataset,
-                 fmt::format("layout of a folder, of which images, times, camera, gyroscope and "
-                             "ground truth are taken: {}, or none; by default told by its files",
-                             fmt::join(DatasetLayouts(), ", ")))
-      ->type_name("NAME|none");
-}
-
 void TakeDataset(const std::string& images, const CommonOptions& common, const FromDataset& into) {
   const std::optional<Dataset> dataset = FindQuietly(images, common);
   if (!dataset) return;

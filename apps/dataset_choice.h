@@ -16,9 +16,6 @@ struct FromDataset {
   std::vector<StampedPose>* truth = nullptr;  // the true poses
 };
 
-// --dataset.
-void AddDatasetOption(CLI::App& app, CommonOptions& options);
-
 // Takes it from the folder of the images, if that is one, and says in one line what was taken.
 // Throws InputError.
 void TakeDataset(const std::string& images, const CommonOptions& common, const FromDataset& into);

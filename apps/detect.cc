@@ -128,8 +128,7 @@ void AddDetectCommand(CLI::App& app) {
       "--resume", options->resume,
       "Continue the file of an interrupted run: the images in it are not processed again");
   AddFrameOptions(*command, options->common);
-  AddExifOption(*command, options->common);
-  AddDatasetOption(*command, options->common);
+  AddImageOptions(*command, options->common);
   AddFollowOption(*command, options->common);
   AddQuietOption(*command, options->common);
   command->callback([options] { RunDetect(*options); });

@@ -5,7 +5,6 @@
 
 #include "commands.h"
 #include "common.h"
-#include "dataset_choice.h"
 #include "oaslam/error.h"
 #include "oaslam/exports/map_export.h"
 #include "recording_choice.h"
@@ -99,8 +98,7 @@ void AddExportCommand(CLI::App& app) {
   AddRecordingOption(*command, options->recording);
   command->add_flag("--ellipsoids", options->ellipsoids, "ply: the objects as meshes, too");
   AddFrameOptions(*command, options->common);
-  AddExifOption(*command, options->common);
-  AddDatasetOption(*command, options->common);
+  AddImageOptions(*command, options->common);
   AddQuietOption(*command, options->common);
   command->callback([options] { Export(*options); });
 }

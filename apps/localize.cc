@@ -437,8 +437,7 @@ void AddLocalizeCommand(CLI::App& app) {
   auto* record = AddRecordingOptions(*command, options->recording);
   AddModelOption(*command, options->models)->needs(record);
   AddCommonOptions(*command, options->common);
-  AddExifOption(*command, options->common);
-  AddDatasetOption(*command, options->common);
+  AddImageOptions(*command, options->common);
   AddFollowOption(*command, options->common);
   command->callback([options] { Localize(*options); });
 }

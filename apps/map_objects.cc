@@ -93,11 +93,10 @@ void WriteResults(const Options& options, const KnownPoseMap& result, const Clas
   for (const char* name : {"trajectory.txt", "keyframes.txt"})
     failures.Try([&] { SaveTrajectory((out / name).string(), trajectory); });
   failures.Try([&] { SaveObjectsJson((out / "objects.json").string(), result.map, names); });
-  MapPlot plot;
-  plot.map = &result.map;
-  plot.trajectory = trajectory;
-  plot.names = names;
-  plot.title = fmt::format("{} objects from {} known poses", objects, frames);
+  const MapPlot plot{.map = &result.map,
+                     .trajectory = trajectory,
+                     .names = names,
+                     .title = fmt::format("{} objects from {} known poses", objects, frames)};
   failures.Try([&] { SaveMapSvg((out / "map.svg").string(), plot); });
   failures.Try([&] {
     if (!options.map_out.empty()) SaveMap(options.map_out, saved);

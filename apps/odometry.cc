@@ -142,8 +142,7 @@ void AddOdometryCommand(CLI::App& app) {
   AddImuOption(*command, options->side);
   command->add_option("--seed", options->seed, "Of the random samples");
   AddFrameOptions(*command, options->common);
-  AddExifOption(*command, options->common);
-  AddDatasetOption(*command, options->common);
+  AddImageOptions(*command, options->common);
   AddQuietOption(*command, options->common);
   command->callback([options] { RunOdometry(*options); });
 }

@@ -46,24 +46,20 @@ void Recording::Add(const FrameInput& frame, ArFrame shown) {
 void Recording::Add(const Slam& slam, const FrameInput& frame, const TrackingResult& result) {
   if (!video_) return;
   const MapSnapshot map = slam.Snapshot();
-  ArFrame shown;
-  shown.cam_from_world = InverseOf(result.PoseIn(map.world()));
-  shown.map = MapOf(map).get();
-  shown.state = ToString(result.state);
-  shown.objects = result.objects;
-  shown.confidence = result.confidence;
-  Add(frame, shown);
+  Add(frame, ArFrame{.cam_from_world = InverseOf(result.PoseIn(map.world())),
+                     .map = MapOf(map).get(),
+                     .state = ToString(result.state),
+                     .objects = result.objects,
+                     .confidence = result.confidence});
 }
 
 void Recording::Add(const FrameInput& frame, const RelocalizationResult& result) {
   if (!video_) return;
-  ArFrame shown;
-  shown.cam_from_world = InverseOf(result.world_from_cam);
-  shown.map = &map_;
-  shown.state = ToString(result.evidence);
-  shown.objects = result.matched_objects;
-  shown.confidence = result.confidence;
-  Add(frame, shown);
+  Add(frame, ArFrame{.cam_from_world = InverseOf(result.world_from_cam),
+                     .map = &map_,
+                     .state = ToString(result.evidence),
+                     .objects = result.matched_objects,
+                     .confidence = result.confidence});
 }
 
 std::exception_ptr Recording::Finish() {

@@ -396,8 +396,7 @@ void AddRunCommand(CLI::App& app) {
   AddModelOption(*command, options->models);
   command->add_option("--seed", options->seed, "of the random numbers");
   AddCommonOptions(*command, options->common);
-  AddExifOption(*command, options->common);
-  AddDatasetOption(*command, options->common);
+  AddImageOptions(*command, options->common);
   AddFollowOption(*command, options->common);
   command->callback([options] { Run(*options); });
 }

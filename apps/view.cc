@@ -258,8 +258,7 @@ void AddViewCommand(CLI::App& app) {
   AddPortOption(*command, options->server);
   AddServerOptions(*command, options->server);
   AddFrameOptions(*command, options->common);
-  AddExifOption(*command, options->common);
-  AddDatasetOption(*command, options->common);
+  AddImageOptions(*command, options->common);
   AddQuietOption(*command, options->common);
   command->callback([options] { View(*options); });
 }

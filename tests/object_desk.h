@@ -2,30 +2,17 @@
 
 #pragma once
 
-#include <cmath>
 #include <numbers>
 #include <utility>
 #include <vector>
 
-#include "oaslam/geometry/box.h"
-#include "oaslam/geometry/camera_model.h"
-#include "oaslam/geometry/ellipsoid.h"
-#include "oaslam/map/map.h"
-#include "oaslam/util/rng.h"
+#include "object_table.h"
 
 namespace oaslam::testing {
 
-inline const Camera kCamera{
-    .width = 640, .height = 480, .fx = 520, .fy = 520, .cx = 320, .cy = 240};
-inline const Eigen::Vector3d kUp(0, 0, 1);
-
-inline Rigid3 LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, double roll = 0) {
-  const Eigen::Vector3d z = (target - eye).normalized(), x = z.cross(kUp).normalized();
-  Eigen::Matrix3d rotation;
-  rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
-  const Eigen::Matrix3d rolled = Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()) * rotation;
-  return {rolled, -rolled * eye};
-}
+using object_table::kCamera;
+using object_table::kUp;
+using object_table::LookAt;
 
 // Objects of few classes scattered over a desk of 1.6 m x 1.2 m, mapped from one side.
 inline Map Desk(uint64_t seed, int objects = 14) {

@@ -5,10 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "oaslam/geometry/ellipsoid.h"
-#include "oaslam/map/map.h"
 #include "oaslam/objects/known_poses.h"
-#include "oaslam/util/rng.h"
+#include "object_film.h"
 
 // A table with things on it, and what a detector sees of them from known poses.
 namespace oaslam::object_table {
@@ -17,10 +15,7 @@ inline const Camera kCamera{
     .width = 640, .height = 480, .fx = 520, .fy = 520, .cx = 320, .cy = 240};
 inline const Eigen::Vector3d kUp(0, 0, 1);
 
-struct TrueObject {
-  int category_id;
-  Ellipsoid ellipsoid;
-};
+using synthetic::TrueObject;
 
 // A table with two cups side by side, a book and a bottle.
 inline std::vector<TrueObject> TableTop() {
@@ -34,12 +29,8 @@ inline std::vector<TrueObject> TableTop() {
 }
 
 inline Rigid3 LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, double roll = 0) {
-  const Eigen::Vector3d z = (target - eye).normalized(), x = z.cross(kUp).normalized();
-  Eigen::Matrix3d rotation;
-  rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ())) *
-              Eigen::Quaterniond(rotation),
-          Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()) * (-rotation * eye)};
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()));
+  return Rigid3(turn, Eigen::Vector3d::Zero()) * synthetic::LookAt(eye, target);
 }
 
 struct Noise {

@@ -38,9 +38,7 @@ TEST(Slam, AMapIsUsedAgainWithALateDetectorAndItsAnchors) {
   ASSERT_FALSE(map.Objects().empty());
   const MapSnapshot::Object object = *map.Objects().begin();
 
-  AnchorRequest request;
-  request.model = "flag";
-  request.object = object.id;
+  AnchorRequest request{.model = "flag", .object = object.id};
   request.origin = map.Keyframes().ToVector().back().world_from_cam.translation;
   request.direction = object.ellipsoid.center - request.origin;
   ASSERT_EQ(first.PlaceAnchor(request).name, "flag 1");

@@ -33,9 +33,7 @@ inline bool Comes(const std::future<void>& event) {
 // server's thread.
 struct TestService : HttpService {
   std::function<void(HttpRequest, Reply)> handle = [](HttpRequest request, Reply reply) {
-    HttpAnswer answer;
-    answer.body = request.path + " " + request.body;
-    reply(std::move(answer));
+    reply({.body = request.path + " " + request.body});
   };
   std::function<Access(const HttpRequest&)> access = [](const HttpRequest&) {
     return Access::kRead;
@@ -73,11 +71,7 @@ class HeldRequests {
   // Answers all with this body. The replies are still kept.
   void Answer(const std::string& body) {
     const std::scoped_lock lock(mutex_);
-    for (const auto& [request, reply] : held_) {
-      HttpAnswer answer;
-      answer.body = body;
-      reply(std::move(answer));
-    }
+    for (const auto& [request, reply] : held_) reply({.body = body});
   }
 
  private:

@@ -23,15 +23,9 @@ class EditedMap {
  public:
   EditedMap() : path_(folder_ / "edited.map") {
     Rng rng(7);
-    SavedMap saved;
-    RandomMapOptions small;
-    small.keyframes = 3;
-    small.keypoints = 8;
-    small.landmarks = 6;
-    small.views = 2;
-    small.objects = 2;
-    saved = RandomMap(small, rng);
-    SaveMap(folder_ / "seed.map", saved);
+    SaveMap(
+        folder_ / "seed.map",
+        RandomMap({.keyframes = 3, .keypoints = 8, .landmarks = 6, .views = 2, .objects = 2}, rng));
     seed_ = folder_.Read("seed.map");
     Open();
     for (const std::string& table :

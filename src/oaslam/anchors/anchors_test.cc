@@ -43,12 +43,7 @@ Map Table() {
   return map;
 }
 
-AnchorRequest Click(const Eigen::Vector3d& at) {
-  AnchorRequest request;
-  request.model = "flag";
-  request.direction = 3 * at;
-  return request;
-}
+AnchorRequest Click(const Eigen::Vector3d& at) { return {.model = "flag", .direction = 3 * at}; }
 
 TEST(Anchors, StandOnThePlaneOfThePoints) {
   const Map map = Table();

@@ -14,12 +14,12 @@ namespace oaslam {
 
 // The content of an image of augmented reality.
 struct ArFrame {
-  Camera camera;                         // of the picture; its distortion is ignored
-  std::optional<Rigid3> cam_from_world;  // nothing while the camera is lost
-  const Map* map = nullptr;              // null while there is none
-  std::string state;                     // "tracking"...
-  int objects = 0;                       // seen in this image
-  double confidence = 0;                 // [0, 1], of the pose
+  Camera camera{};                         // of the picture; its distortion is ignored
+  std::optional<Rigid3> cam_from_world{};  // nothing while the camera is lost
+  const Map* map = nullptr;                // null while there is none
+  std::string state{};                     // "tracking"...
+  int objects = 0;                         // seen in this image
+  double confidence = 0;                   // [0, 1], of the pose
 };
 
 // Draws into an ideal image of the camera (8-bit BGR): the outlines of mapped objects with their

@@ -19,12 +19,11 @@ Map MapWith(const std::string& model) {
   Map map;
   map.keyframes.Insert(KeyframeId(0), Keyframe());
   const Eigen::Quaterniond half_turn_about_x(0, 1, 0, 0);  // y up and z towards the camera
-  Anchor anchor;
+  Anchor& anchor = map.anchors["it"];
   anchor.model = model;
   anchor.size = kSize;
   anchor.keyframe = KeyframeId(0);
   anchor.cam_from_anchor = {half_turn_about_x, Eigen::Vector3d(0, kSize / 2, kDistance)};
-  map.anchors["it"] = anchor;
   return map;
 }
 
@@ -38,10 +37,7 @@ void AddEllipsoid(Map& map, const Eigen::Vector3d& center, double radius) {
 // The pixels that the content changes.
 cv::Mat Drawn(const Map& map, const Rigid3& cam_from_world = {}) {
   const ModelLibrary models;
-  ArFrame frame;
-  frame.camera = OffCentre();
-  frame.cam_from_world = cam_from_world;
-  frame.map = &map;
+  const ArFrame frame{.camera = OffCentre(), .cam_from_world = cam_from_world, .map = &map};
   cv::Mat picture(frame.camera.height, frame.camera.width, CV_8UC3, kBackground), changed;
   DrawContent(frame, models, picture);
   cv::inRange(picture, kBackground, kBackground, changed);
@@ -148,10 +144,7 @@ TEST(DrawArPicture, OfALostCameraHasTheStateAlone) {
   Map map = MapWith("cube");
   AddEllipsoid(map, {0, 0, kDistance}, 1);
   const ModelLibrary models;
-  ArFrame frame;
-  frame.camera = OffCentre();
-  frame.map = &map;
-  frame.state = "lost";
+  ArFrame frame{.camera = OffCentre(), .map = &map, .state = "lost"};
   const cv::Mat before(240, 320, CV_8UC3, kBackground);
   cv::Mat picture = before.clone();
   DrawArPicture(frame, models, CocoClassNames(), picture);

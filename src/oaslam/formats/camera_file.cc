@@ -27,9 +27,7 @@ Camera CameraFromFieldOfView(const std::string& spec, const cv::Size& image_size
     throw BadInput("{}: horizontal field of view in degrees, allowed: 5 to 170", spec);
   if (image_size.empty())
     throw BadInput("{}: a field of view needs images; give a calibration file", spec);
-  Camera camera;
-  camera.width = image_size.width;
-  camera.height = image_size.height;
+  Camera camera{.width = image_size.width, .height = image_size.height};
   // The image spans [-0.5, width - 0.5] in pixel coordinates.
   camera.fx = camera.fy = 0.5 * camera.width / std::tan(0.5 * *degrees * std::numbers::pi / 180);
   camera.cx = 0.5 * (camera.width - 1);

@@ -51,10 +51,8 @@ Camera ReadColmapLine(const std::vector<std::string_view>& fields, const std::st
   const auto [width, height] = std::pair{values[0], values[1]};
   if (!(width >= 1 && width <= kMaxSide && height >= 1 && height <= kMaxSide))
     throw BadInput("{}: image size {} x {}, allowed: 1 to {}", place, width, height, kMaxSide);
-  Camera camera;
-  camera.model = model->model;
-  camera.width = static_cast<int>(width);
-  camera.height = static_cast<int>(height);
+  Camera camera{
+      .model = model->model, .width = static_cast<int>(width), .height = static_cast<int>(height)};
   const double* p = values.data() + 2;
   camera.fx = p[0];
   camera.fy = p[model->focal_lengths - 1];

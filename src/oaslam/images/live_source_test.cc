@@ -16,10 +16,7 @@ namespace {
 std::string Pgm(char level) { return std::string("P5\n4 4\n255\n").append(16, level); }
 
 ImageSourceOptions Following(double quiet_s = 0, std::function<bool()> stopped = {}) {
-  ImageSourceOptions options;
-  options.follow = FollowOptions{quiet_s};
-  options.stopped = std::move(stopped);
-  return options;
+  return {.follow = FollowOptions{quiet_s}, .stopped = std::move(stopped)};
 }
 
 struct FollowedFolderTest : FolderTest {};

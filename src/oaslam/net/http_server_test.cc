@@ -137,8 +137,7 @@ TEST_F(Http, ABodyMayGoToAFile) {
 TEST_F(Http, AnAnswerMayComeFromAFile) {
   const TempFolder folder;
   const std::string content(3'000'000, 'x');
-  HttpAnswer answer;
-  answer.file = folder.Write("model", content);
+  const HttpAnswer answer{.file = folder.Write("model", content)};
   service_->handle = [&](const HttpRequest&, const HttpService::Reply& reply) { reply(answer); };
   const TestServer server(service_);
   RawClient client(server.port());

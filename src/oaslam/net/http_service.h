@@ -37,8 +37,8 @@ struct HttpRequest {
 struct HttpAnswer {
   boost::beast::http::status status = boost::beast::http::status::ok;
   std::string content_type = "application/json";
-  std::string body;
-  std::string file;  // path of a file that is sent instead of the body; empty: none
+  std::string body{};
+  std::string file{};  // path of a file that is sent instead of the body; empty: none
   std::vector<std::pair<std::string, std::string>> fields{};  // further ones of the header
 };
 

@@ -95,11 +95,7 @@ std::optional<HttpAnswer> CheckRequest(const ServerCore& core, HttpRequest& requ
 }
 
 HttpAnswer TextAnswer(http::status status, const std::string& text) {
-  HttpAnswer answer;
-  answer.status = status;
-  answer.content_type = "text/plain; charset=utf-8";
-  answer.body = text;
-  return answer;
+  return {.status = status, .content_type = "text/plain; charset=utf-8", .body = text};
 }
 
 void SetFields(const HttpAnswer& answer, http::fields& fields) {

@@ -19,9 +19,7 @@ class ServerLimits : public testing::Test {
   void HoldSome() {
     service_->handle = [hold = held_.Handler()](HttpRequest request, HttpService::Reply reply) {
       if (request.path == "/hold") return hold(std::move(request), std::move(reply));
-      HttpAnswer answer;
-      answer.body = request.path == "/large" ? std::string(kLarge, 'x') : request.path;
-      reply(std::move(answer));
+      reply({.body = request.path == "/large" ? std::string(kLarge, 'x') : request.path});
     };
   }
   // A connection that has had an answer, and waits for its next request.

@@ -22,10 +22,7 @@ using asio::ip::tcp;
 using testing::MatchesRegex;
 
 ServerOptions SelfSigned(const std::vector<std::string>& hosts = {}) {
-  ServerOptions options;
-  options.tls_self_signed = true;
-  options.hosts = hosts;
-  return options;
+  return {.tls_self_signed = true, .hosts = hosts};
 }
 
 // Writes the certificate and the key of a context; the key encrypted where there is a password.
@@ -69,10 +66,7 @@ class TlsClient {
 class Tls : public testing::Test {
  protected:
   ServerOptions Files() const {
-    ServerOptions files;
-    files.tls_cert = folder_ / "certificate.pem";
-    files.tls_key = folder_ / "key.pem";
-    return files;
+    return {.tls_cert = folder_ / "certificate.pem", .tls_key = folder_ / "key.pem"};
   }
   const TempFolder folder_;
 };

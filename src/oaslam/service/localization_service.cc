@@ -9,6 +9,7 @@
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/net/gzipped.h"
+#include "oaslam/net/request_check.h"
 #include "oaslam/service/documents.h"
 #include "oaslam/service/localize.h"
 #include "oaslam/service/route.h"
@@ -32,10 +33,7 @@ struct Refusal {
 };
 
 HttpAnswer Answer(const Json& json, status code = status::ok) {
-  HttpAnswer answer;
-  answer.status = code;
-  answer.body = JsonText(json) + "\n";
-  return answer;
+  return {.status = code, .body = JsonText(json) + "\n"};
 }
 
 HttpAnswer Refuse(status code, const std::string& message) {
@@ -118,22 +116,18 @@ LocalizationService::BodyPlan LocalizationService::PlanBody(const HttpRequest& h
 
 // Answers that need neither the store nor a worker.
 HttpAnswer LocalizationService::AnswerAtOnce(const Target& target, const HttpRequest& request) {
-  HttpAnswer answer;
   switch (target.route) {
     case Route::kHealth:
-      answer.content_type = "text/plain; charset=utf-8";
-      answer.body = "ok\n";
-      return answer;
+      return TextAnswer(status::ok, "ok\n");
     case Route::kMetrics:
-      answer.content_type = "text/plain; version=0.0.4; charset=utf-8";
-      answer.body = state_->metrics.Text(
-          {{"oaslam_maps_loaded", static_cast<double>(state_->shelf.loaded())},
-           {"oaslam_maps_bytes", static_cast<double>(state_->shelf.bytes())},
-           {"oaslam_waiting_requests", static_cast<double>(state_->workers.waiting())},
-           {"oaslam_workers", static_cast<double>(state_->workers.size())}});
-      return answer;
+      return {.content_type = "text/plain; version=0.0.4; charset=utf-8",
+              .body = state_->metrics.Text(
+                  {{"oaslam_maps_loaded", static_cast<double>(state_->shelf.loaded())},
+                   {"oaslam_maps_bytes", static_cast<double>(state_->shelf.bytes())},
+                   {"oaslam_waiting_requests", static_cast<double>(state_->workers.waiting())},
+                   {"oaslam_workers", static_cast<double>(state_->workers.size())}})};
     case Route::kOpenApi:
-      return GzippedAnswer(request, OpenApi(), answer.content_type);
+      return GzippedAnswer(request, OpenApi(), "application/json");
     case Route::kCamera:
       return GzippedAnswer(request, CameraPage(), "text/html; charset=utf-8");
     case Route::kModel:
@@ -146,11 +140,8 @@ HttpAnswer LocalizationService::AnswerAtOnce(const Target& target, const HttpReq
 HttpAnswer LocalizationService::AnswerModel(const std::string& path) {
   const auto found = state_->options.models->Find(path);
   if (!found) return Refuse(status::not_found, "there is no such model");
-  HttpAnswer answer;
-  answer.content_type = found->content_type;
-  answer.body = found->bytes;
-  answer.file = found->path;
-  return answer;
+  return {
+      .content_type = found->content_type, .body = std::string(found->bytes), .file = found->path};
 }
 
 std::shared_ptr<const ServedMap> LocalizationService::MapOf(const Target& target) {

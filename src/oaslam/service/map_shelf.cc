@@ -105,9 +105,7 @@ void MapShelf::Forget(const Slot& newest) {
 std::shared_ptr<const MapEdits> MapShelf::ReadEdits(const std::string& map, Slot& slot) {
   // All of them, since edits that were removed with their map have no entry.
   AnchorEdits stored = store_->AnchorsSince(map, 0);
-  MapEdits edits;
-  edits.version = stored.version;
-  edits.map_version = stored.map_version;
+  MapEdits edits{stored.version, stored.map_version, {}};
   for (AnchorEntry& entry : stored.entries) {
     const std::string name = entry.name;
     edits.anchors.emplace(name, std::move(entry));

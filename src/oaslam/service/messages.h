@@ -7,7 +7,7 @@
 
 #include "oaslam/anchors.h"
 #include "oaslam/camera.h"
-#include "oaslam/service/json_input.h"
+#include "oaslam/net/json_input.h"
 #include "oaslam/slam.h"
 #include "oaslam/storage/map_file.h"
 

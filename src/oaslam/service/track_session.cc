@@ -90,10 +90,9 @@ StreamStep Tracking::Command(const nlohmann::json& message) {
   const std::string type = json["type"].Text();
   if (!may_write_) throw InputError("you may not edit this map: the token is for reading");
   if (type == "place") {
-    AnchorRequest request;
-    request.model = json["model"].Text();
-    request.origin = json["origin"].Vector();
-    request.direction = json["direction"].Vector();
+    AnchorRequest request{.model = json["model"].Text(),
+                          .origin = json["origin"].Vector(),
+                          .direction = json["direction"].Vector()};
     if (const auto object = json.Find("object"))
       request.object = ObjectId(static_cast<uint32_t>(object->Integer(0, INT32_MAX)));
     if (const auto size = json.Find("size")) request.size = size->Number();

@@ -39,11 +39,8 @@ void ViewerService::Handle(HttpRequest request, Reply reply) {
 HttpAnswer ViewerService::AnswerModel(const std::string& path) const {
   const auto found = options_.models ? options_.models->Find(path) : std::nullopt;
   if (!found) return TextAnswer(http::status::not_found, "not found\n");
-  HttpAnswer answer;
-  answer.content_type = found->content_type;
-  answer.body = found->bytes;
-  answer.file = found->path;
-  return answer;
+  return {
+      .content_type = found->content_type, .body = std::string(found->bytes), .file = found->path};
 }
 
 std::shared_ptr<WebSocketHandler> ViewerService::Upgrade(const HttpRequest& request) {

@@ -1,4 +1,4 @@
-#include "oaslam/service/json_input.h"
+#include "oaslam/net/json_input.h"
 
 #include "expect_input_error.h"
 
