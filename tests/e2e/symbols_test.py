@@ -57,7 +57,7 @@ class TestSymbols:
         text = header_text(name)
         self.classes = set(re.findall(r"\bclass OASLAM_API (\w+)", text))
         self.functions = set(re.findall(r"^\s*OASLAM_API [^;(]*?(\w+)\(", text, re.M))
-        self.hidden = set(re.findall(r"^\s+(?:class|struct) (\w+);", text, re.M))  # defined in the library alone
+        self.hidden = set(re.findall(r"^ +(?:class|struct) (\w+);", text, re.M))  # defined in the library alone
         self.exported = exported(name)
 
     def test_nothing_else_is_exported(self, name):

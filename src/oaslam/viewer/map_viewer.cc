@@ -30,8 +30,8 @@ class OASLAM_LOCAL MapViewer::Impl {
   void ShowMap(const Slam& slam) {
     const MapSnapshot map = slam.WholeMap();
     ClearInNewWorld(map.world());
-    SavedMap saved = SavedMapOf(map);
-    viewer_.ShowMap(std::make_shared<const Map>(std::move(saved.map)), std::move(saved.trajectory));
+    const std::shared_ptr<const SavedMap>& saved = map.content()->saved;
+    viewer_.ShowMap(MapOf(map), saved ? saved->trajectory : std::vector<FramePose>());
     ShowLive(false);
   }
 
