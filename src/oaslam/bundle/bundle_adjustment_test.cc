@@ -1,6 +1,5 @@
 #include "oaslam/bundle/bundle_adjustment.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <map>
@@ -8,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "matchers.h"
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/ellipsoid.h"
@@ -67,7 +67,7 @@ TEST(BundleAdjustment, GlobalRecoversADisturbedWorld) {
   ASSERT_TRUE(correction.success);
   EXPECT_EQ(correction.poses.size(), 5U);  // the first is fixed
   ApplyCorrection(correction, map);
-  EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
   EXPECT_LT(MedianErrorPx(map), 0.1 * before_px);
   const Errors after = ErrorsOf(map, world, landmarks);
   EXPECT_LT(after.centers,
@@ -99,7 +99,7 @@ TEST(BundleAdjustment, GlobalOfManyKeyframesRecoversADisturbedWorldAndFindsOutli
   EXPECT_EQ(correction.poses.front().first, KeyframeId(1));  // the first stays
   EXPECT_THAT(correction.outliers, testing::Contains(std::pair(wrong, seen_wrongly)));
   ApplyCorrection(correction, map);
-  EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
   EXPECT_LT(MedianErrorPx(map), 0.1 * before_px);
   const Errors after = ErrorsOf(map, world, landmarks);
   EXPECT_LT(after.centers, 0.3 * before.centers);
@@ -151,7 +151,7 @@ TEST(BundleAdjustment, OutliersAreFoundAndErased) {
       [&](LandmarkId, const Landmark& landmark) { observations += landmark.observations.size(); });
   EXPECT_LT(correction.outliers.size(), wrong.size() + observations / 10);
   ApplyCorrection(correction, map);
-  EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
 }
 
 TEST(BundleAdjustment, TheSameMapGivesTheSameBits) {
@@ -183,7 +183,7 @@ TEST(BundleAdjustment, ACorrectionSkipsWhatIsGone) {
   map.RetireKeyframe(KeyframeId(2));
   map.EraseLandmark(correction.points.front().first);
   ApplyCorrection(correction, map);
-  EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
 }
 
 // Adds mapped objects in the middle of the world, each seen exactly by every camera.
@@ -304,7 +304,7 @@ TEST(BundleAdjustment, ALateCorrectionTakesNewcomersAlong) {
                 .norm(),
             1e-9);
   EXPECT_LT((now.landmarks.At(newcomer).position - Eigen::Vector3d(0.3, 0.2, 0.1)).norm(), 1e-9);
-  EXPECT_THAT(now.CheckInvariants(), testing::IsEmpty());
+  EXPECT_THAT(now.CheckInvariants(), IsEmpty());
 }
 
 TEST(BundleAdjustment, AskedToStopItGivesUp) {

@@ -1,11 +1,11 @@
 #include "oaslam/bundle/rolling_shutter.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
 
+#include "matchers.h"
 #include "oaslam/bundle/self_calibration.h"
 #include "oaslam/geometry/camera_model.h"
 #include "synthetic_world.h"
@@ -79,7 +79,7 @@ TEST(RollingShutter, UndoingTheReadoutMendsThePoses) {
   Map as_is = film.map;
   ApplyCorrection(GlobalBundleAdjustment(as_is, 20, {}), as_is);
   const Map still = WithoutReadout(film.map, film.trajectory, kReadoutS, {});
-  EXPECT_THAT(still.CheckInvariants(), testing::IsEmpty());
+  EXPECT_THAT(still.CheckInvariants(), IsEmpty());
   EXPECT_LT(CenterError(still, film.world), 0.4 * CenterError(as_is, film.world));
 }
 

@@ -1,18 +1,16 @@
 #include "oaslam/bundle/self_calibration.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "matchers.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/map/camera_replacement.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
 namespace {
-
-using testing::HasSubstr;
 
 Camera Guess(const Camera& camera, double factor) {
   Camera guess{.width = camera.width,
@@ -76,7 +74,7 @@ TEST(SelfCalibration, RecalibratedMapIsConsistent) {
   ASSERT_TRUE(found.success) << found.why_not;
   const Map map = Recalibrated(bent, 0, found, {});
   EXPECT_EQ(map.cameras[0], found.camera);
-  EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
   // A second calibration finds nothing to change.
   const SelfCalibration again = SelfCalibrate(map, 0);
   ASSERT_TRUE(again.success) << again.why_not;

@@ -1,7 +1,5 @@
 #include "oaslam/latest_image.h"
 
-#include <fmt/format.h>
-
 #include <chrono>
 #include <condition_variable>
 #include <exception>
@@ -114,7 +112,7 @@ class PlayedSource : public ImageSource {
   std::optional<InputImage> Next() override {
     std::optional<InputImage> image = source_->Next();
     for (; image && image->image.empty(); image = source_->Next())
-      Log(LogLevel::kWarning, fmt::format("{}: cannot be read, left out", image->name));
+      Log(LogLevel::kWarning, "{}: cannot be read, left out", image->name);
     if (image && is_recording_) WaitUntilItIsTime(*image);
     return image;
   }

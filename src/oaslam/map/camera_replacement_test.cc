@@ -1,8 +1,8 @@
 #include "oaslam/map/camera_replacement.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "matchers.h"
 #include "oaslam/geometry/camera_model.h"
 #include "synthetic_world.h"
 
@@ -30,7 +30,7 @@ TEST(CameraReplacement, KeyPointsKeepTheirOriginalPixel) {
   const Map map = SmallMap().map;
   const Map changed = WithCamera(map, 0, Distorting());
   EXPECT_EQ(changed.cameras[0], Distorting());
-  EXPECT_THAT(changed.CheckInvariants(), testing::IsEmpty());
+  EXPECT_THAT(changed.CheckInvariants(), IsEmpty());
   const Features& before = *map.keyframes.At(KeyframeId(1)).features;
   const Features& after = *changed.keyframes.At(KeyframeId(1)).features;
   ASSERT_EQ(after.size(), before.size());

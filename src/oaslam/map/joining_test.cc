@@ -1,8 +1,8 @@
 #include "oaslam/map/joining.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "matchers.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/ellipsoid.h"
 #include "synthetic_world.h"
@@ -50,7 +50,7 @@ TEST(JoinMap, WhatCamerasSeeStaysTheSame) {
       {4, -2, 1});
   const size_t before = map.landmarks.size();
   JoinMap(other, motion, map);
-  EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
   EXPECT_EQ(map.keyframes.size(), 7U);
   EXPECT_EQ(map.landmarks.size(), before + other.landmarks.size());
   other.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {

@@ -1,6 +1,5 @@
 #include "oaslam/map/map.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,13 +7,12 @@
 #include <limits>
 #include <map>
 
+#include "matchers.h"
 #include "oaslam/map/repair.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
 namespace {
-
-using testing::IsEmpty;
 
 Keyframe MakeKeyframe(int keypoints, double x) {
   auto features = std::make_shared<Features>();
@@ -176,7 +174,7 @@ TEST(Map, WhatIsBrokenIsLeftOut) {
                                 size_t keyframes, size_t landmarks) {
     Map map = FullMap();
     damage(map);
-    EXPECT_THAT(map.CheckInvariants(), testing::Not(IsEmpty())) << name;
+    EXPECT_THAT(map.CheckInvariants(), Not(IsEmpty())) << name;
     const Map repaired = Repaired(map);
     EXPECT_THAT(repaired.CheckInvariants(), IsEmpty()) << name;
     EXPECT_EQ(repaired.keyframes.size(), keyframes) << name;
@@ -269,7 +267,7 @@ TEST(Map, DropsKeypointsThatShowNothing) {
   const int shown = map.CountTrackedLandmarks(id, 2);
   ASSERT_LT(shown, before.features->size());
   map.DropFreeKeypoints(id);
-  EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
   const Keyframe& after = map.keyframes.At(id);
   EXPECT_EQ(after.features->size(), shown);
   EXPECT_EQ(map.CountTrackedLandmarks(id, 2), shown);
@@ -302,7 +300,7 @@ TEST(Map, KeepsDescribedKeypoints) {
   keyframe.learned_depths = {2.5F, 0};
   map.DropFreeKeypoints(id);
   map.Scale(2);
-  EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
   const Keyframe& after = map.keyframes.At(id);
   ASSERT_EQ(after.features->learned.keypoints.size(), 1U);
   const uint16_t kept = after.features->learned.keypoints[0];

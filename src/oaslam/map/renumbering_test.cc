@@ -1,15 +1,13 @@
 #include "oaslam/map/renumbering.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "matchers.h"
 #include "oaslam/map/joining.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
 namespace {
-
-using testing::IsEmpty;
 
 // A map with one of everything that has a number.
 Submap EverythingOnce() {

@@ -1,18 +1,15 @@
 #include "oaslam/mapping/local_mapping.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <map>
 
+#include "matchers.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
 namespace {
-
-using testing::ElementsAre;
-using testing::IsEmpty;
 
 struct Scene {
   synthetic::World world = synthetic::MakeWorld({.cameras = 10});

@@ -1,18 +1,16 @@
 #include "oaslam/mapping/loop_closing.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <map>
 
+#include "matchers.h"
 #include "oaslam/mapping/local_mapping.h"
 #include "synthetic_building.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
 namespace {
-
-using testing::IsEmpty;
 
 constexpr uint32_t kHalf = 18;
 const synthetic::WorldOptions kLongWay{.cameras = 60, .arc_deg = 360};

@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -101,9 +100,9 @@ bool IsBelieved(const Map& map, const LoopClosure& loop) {
   if (!IsDrift(map, loop)) return false;
   const LoopObjects objects = CompareObjects(map, loop);
   Log(LogLevel::kDebug,
-      fmt::format("loop from keyframe {} to {} by {} landmarks: {} objects agree, {} contradict",
-                  loop.current.value, loop.old.value, loop.old_landmarks.size(), objects.agreeing,
-                  objects.contradicting));
+      "loop from keyframe {} to {} by {} landmarks: {} objects agree, {} contradict",
+      loop.current.value, loop.old.value, loop.old_landmarks.size(), objects.agreeing,
+      objects.contradicting);
   return !AreObjectsAgainst(objects);
 }
 
@@ -197,9 +196,9 @@ std::optional<LoopClosure> LoopDetector::DetectByObjects(
     if (!is_candidate(old)) continue;
     if (++tried > kMaxCandidates) break;
     const auto loop = VerifyLoop(map, current, {old, false, proposal->old_from_current}, rng);
-    Log(LogLevel::kDebug, fmt::format("{} objects propose a loop from keyframe {} to {}: {}",
-                                      proposal->old_objects.size(), current.value, old.value,
-                                      loop ? "points agree" : "points do not show it"));
+    Log(LogLevel::kDebug, "{} objects propose a loop from keyframe {} to {}: {}",
+        proposal->old_objects.size(), current.value, old.value,
+        loop ? "points agree" : "points do not show it");
     if (loop && IsBelieved(map, *loop)) return loop;
   }
   return std::nullopt;

@@ -1,7 +1,5 @@
 #include "oaslam/mapping/mapper.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "oaslam/bundle/bundle_adjustment.h"
@@ -98,8 +96,8 @@ bool Mapper::CloseLoop(KeyframeId keyframe, int frame_index) {
     return false;
   const std::optional<LoopClosure> loop = loop_detector_.Detect(map_, keyframe, rng_);
   if (!loop || !CorrectLoop(*loop, map_)) return false;
-  Log(LogLevel::kInfo, fmt::format("loop closed: keyframe {} is back at keyframe {}",
-                                   loop->current.value, loop->old.value));
+  Log(LogLevel::kInfo, "loop closed: keyframe {} is back at keyframe {}", loop->current.value,
+      loop->old.value);
   last_loop_ = keyframe;
   ++map_.loops_closed;
   AdjustInBackground(frame_index);

@@ -1,9 +1,9 @@
 #include "oaslam/mapping/mapper.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "grey_scene.h"
+#include "matchers.h"
 #include "oaslam/objects/object_model.h"
 #include "object_film.h"
 
@@ -84,7 +84,7 @@ TEST(Mapper, DescribesKeyframesAndLetsTheirImagesGo) {
   Mapper mapper({}, std::move(map));
   mapper.Finish();
   const auto after = mapper.Publish();
-  EXPECT_THAT(after->CheckInvariants(), testing::IsEmpty());
+  EXPECT_THAT(after->CheckInvariants(), IsEmpty());
   after->keyframes.ForEach([](KeyframeId id, const Keyframe& keyframe) {
     EXPECT_EQ(keyframe.image, nullptr);
     EXPECT_EQ(keyframe.features->learned.empty(), id.value == 0) << id.value;

@@ -1,7 +1,5 @@
 #include "oaslam/mapping/submap_joining.h"
 
-#include <fmt/format.h>
-
 #include <bit>
 #include <set>
 #include <utility>
@@ -37,8 +35,8 @@ bool Tie(const std::vector<KeyframeId>& of_map, const std::vector<KeyframeId>& o
     const auto tie = FindTie(map, id, untied, rng);
     if (!tie || !CorrectLoop(*tie, map, of_map.front())) continue;
     ++map.loops_closed;
-    Log(LogLevel::kDebug, fmt::format("submaps tied at keyframes {} and {} by {} landmarks",
-                                      id.value, tie->old.value, tie->old_landmarks.size()));
+    Log(LogLevel::kDebug, "submaps tied at keyframes {} and {} by {} landmarks", id.value,
+        tie->old.value, tie->old_landmarks.size());
     if (++ties == wanted.most) break;
     untied.erase(tie->old);
     for (const Covisible& c : map.keyframes.At(tie->old).covisible) untied.erase(c.keyframe);

@@ -1,6 +1,6 @@
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "matchers.h"
 #include "oaslam/matching/descriptor_match.h"
 #include "oaslam/matching/fusion.h"
 #include "oaslam/matching/orientation_check.h"
@@ -9,8 +9,6 @@
 
 namespace oaslam {
 namespace {
-
-using testing::IsEmpty;
 
 struct Scene {
   synthetic::World world = synthetic::MakeWorld({});

@@ -169,15 +169,13 @@ void ResolveAbsent(const ImageTime& now, const ObjectsConfig& config, Map& map) 
     } else if (succession.is_pending ||
                (is_seen_elsewhere && !IsForgotten(UnseenSince(*object, now)))) {
       if (object->state == ObjectState::kMapped) {
-        Log(LogLevel::kInfo,
-            fmt::format("{} is no longer in its place: not used until it is found again",
-                        Described(id, *object)));
+        Log(LogLevel::kInfo, "{} is no longer in its place: not used until it is found again",
+            Described(id, *object));
         map.objects.MutableAt(id).state = ObjectState::kInitialized;
       }
     } else {
-      Log(LogLevel::kInfo,
-          fmt::format("{} removed: not in its place any more, last seen in frame {}",
-                      Described(id, *object), object->last_seen_frame));
+      Log(LogLevel::kInfo, "{} removed: not in its place any more, last seen in frame {}",
+          Described(id, *object), object->last_seen_frame);
       map.objects.Erase(id);
     }
   }

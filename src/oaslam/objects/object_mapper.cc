@@ -1,7 +1,5 @@
 #include "oaslam/objects/object_mapper.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -101,8 +99,8 @@ bool HasMoved(const Map& map, std::span<const ObjectPlace> places, ObjectId id,
 
 void Drop(ObjectId id, const std::string& reason, Map& map) {
   const Object& object = map.objects.At(id);
-  Log(LogLevel::kDebug, fmt::format("{} dropped: {} frame {}", Described(id, object), reason,
-                                    object.last_seen_frame));
+  Log(LogLevel::kDebug, "{} dropped: {} frame {}", Described(id, object), reason,
+      object.last_seen_frame);
   map.objects.Erase(id);
 }
 

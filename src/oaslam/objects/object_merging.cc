@@ -1,7 +1,5 @@
 #include "oaslam/objects/object_merging.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <optional>
 
@@ -98,8 +96,8 @@ std::optional<Joint> Join(const Map& map, std::span<const ObjectPlace> places, O
 }
 
 void Replace(Object joint, ObjectId kept, ObjectId gone, Map& map) {
-  Log(LogLevel::kDebug, fmt::format("{} takes in object {}: the same thing mapped twice",
-                                    Described(kept, joint), gone.value));
+  Log(LogLevel::kDebug, "{} takes in object {}: the same thing mapped twice",
+      Described(kept, joint), gone.value);
   map.objects.MutableAt(kept) = std::move(joint);
   map.objects.Erase(gone);
   map.merged_objects.Insert(gone, kept);

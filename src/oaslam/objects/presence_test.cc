@@ -1,12 +1,12 @@
 #include "oaslam/objects/presence.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "matchers.h"
 #include "oaslam/objects/association.h"
 #include "oaslam/objects/known_poses.h"
 #include "oaslam/util/log.h"
@@ -16,10 +16,7 @@ namespace oaslam {
 namespace {
 
 using synthetic::OnCircle;
-using testing::AllOf;
 using testing::Contains;
-using testing::HasSubstr;
-using testing::Not;
 
 constexpr int kCup = 41, kBook = 73, kBottle = 39, kPerson = 0;
 const Camera kPresenceCamera = synthetic::World().camera;

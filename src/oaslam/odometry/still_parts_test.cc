@@ -1,12 +1,12 @@
 #include "oaslam/odometry/still_parts.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 #include <vector>
 
+#include "matchers.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
@@ -65,7 +65,7 @@ TEST(StillParts, ABonnetIsFound) {
     EXPECT_TRUE(mask.Hides(x, 0.85)) << x;
     EXPECT_FALSE(mask.Hides(x, 0.6)) << x;
   }
-  EXPECT_THAT(Describe(mask), testing::HasSubstr("at the bottom"));
+  EXPECT_THAT(Describe(mask), HasSubstr("at the bottom"));
 }
 
 TEST(StillParts, AnOverlayIsFound) {

@@ -16,6 +16,7 @@
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/detection_check.h"
 #include "oaslam/objects/presence.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {
@@ -31,7 +32,7 @@ void CheckImageType(const cv::Mat& image) {
 void CheckDetections(const std::vector<Detection>& detections) {
   for (size_t i = 0; i < detections.size(); ++i)
     if (const std::string problem = ProblemOf(detections[i]); !problem.empty())
-      throw InputError(fmt::format("detection {}: {}", i, problem));
+      throw BadInput("detection {}: {}", i, problem);
 }
 
 }  // namespace
@@ -73,8 +74,7 @@ void EraseHidden(const ImageMask& mask, const cv::Size& size, std::vector<Detect
 
 void CheckConfig(const SlamConfig& config) {
   const std::vector<std::string> problems = config.Validate();
-  if (!problems.empty())
-    throw InputError(fmt::format("configuration: {}", fmt::join(problems, "; ")));
+  if (!problems.empty()) throw BadInput("configuration: {}", fmt::join(problems, "; "));
 }
 
 void CheckCamera(const Camera& camera) { CheckCalibration(camera, "camera"); }
@@ -86,7 +86,7 @@ void CheckMode(RelocalizationMode mode) {
     case RelocalizationMode::kPointsAndObjects:
       return;
   }
-  throw InputError(fmt::format("relocalization mode {}: no such mode", static_cast<int>(mode)));
+  throw BadInput("relocalization mode {}: no such mode", static_cast<int>(mode));
 }
 
 void CheckPose(const std::optional<Rigid3>& pose) {
@@ -106,12 +106,12 @@ void CheckAngularVelocity(const std::vector<AngularVelocity>& samples, double im
   const double* last = nullptr;
   for (size_t i = 0; i < samples.size(); ++i) {
     if (const std::string problem = ProblemOf(samples[i], last); !problem.empty())
-      throw InputError(fmt::format("sample {}: {}", i, problem));
+      throw BadInput("sample {}: {}", i, problem);
     if (samples[i].timestamp > image_s + kLatest)
-      throw InputError(fmt::format(
+      throw BadInput(
           "sample {}: angular velocity: time stamp {:.6f}, allowed: at most {:.0f} s later than "
           "the image's, {:.6f}",
-          i, samples[i].timestamp, kLatest, image_s));
+          i, samples[i].timestamp, kLatest, image_s);
     last = &samples[i].timestamp;
   }
 }
@@ -124,9 +124,8 @@ std::vector<ObjectDetection> CheckedDetections(const Camera& camera,
 
 void FrameMaker::Check(const ImageInput& input) const {
   if (input.image.cols != camera_->width || input.image.rows != camera_->height)
-    throw InputError(fmt::format("image of {}x{} pixels, the camera's calibration is for {}x{}",
-                                 input.image.cols, input.image.rows, camera_->width,
-                                 camera_->height));
+    throw BadInput("image of {}x{} pixels, the camera's calibration is for {}x{}", input.image.cols,
+                   input.image.rows, camera_->width, camera_->height);
   CheckImageType(input.image);
   CheckGravity(input.gravity_in_cam);
   CheckAngularVelocity(input.angular_velocity, input.timestamp);

@@ -1,6 +1,5 @@
 #include "oaslam/map_localizer.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <future>
@@ -16,11 +15,6 @@
 
 namespace oaslam {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::Not;
 
 const Camera kWorldCamera = synthetic::World().camera;
 
@@ -272,17 +266,14 @@ TEST_F(MapLocalizerTest, InputsThatCannotBeUsedAreRefused) {
   Rigid3 nowhere;
   nowhere.translation.x() = kNan;
   EXPECT_THAT(problem(good, kWorldCamera, nowhere), HasSubstr("pose"));
-  EXPECT_THAT(InputErrorOf([&] { localizer_.Relocalize({}); }),
-              HasSubstr("without an image the camera must be known"));
-  EXPECT_THAT(InputErrorOf([&] {
-                localizer_.Relocalize(good, {.camera = kWorldCamera, .unknown_camera = true});
-              }),
-              HasSubstr("said to be unknown"));
+  EXPECT_INPUT_ERROR(localizer_.Relocalize({}),
+                     HasSubstr("without an image the camera must be known"));
+  EXPECT_INPUT_ERROR(localizer_.Relocalize(good, {.camera = kWorldCamera, .unknown_camera = true}),
+                     HasSubstr("said to be unknown"));
   ImageInput boxes = good;
   boxes.image.release();
-  EXPECT_THAT(
-      InputErrorOf([&] { localizer_.Relocalize(boxes, {.camera = kWorldCamera, .follow = true}); }),
-      HasSubstr("follows no film"));
+  EXPECT_INPUT_ERROR(localizer_.Relocalize(boxes, {.camera = kWorldCamera, .follow = true}),
+                     HasSubstr("follows no film"));
 }
 
 }  // namespace

@@ -1,19 +1,15 @@
 #include "oaslam/relocalization/relocalizer.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <climits>
 #include <numeric>
 
+#include "matchers.h"
 #include "object_film.h"
 
 namespace oaslam {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::Not;
 
 double CentreDistance(const Rigid3& a, const Rigid3& b) {
   return (a.OriginInSource() - b.OriginInSource()).norm();

@@ -1,5 +1,4 @@
 // How the submaps of an atlas are joined.
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <functional>
@@ -22,10 +21,9 @@ bool Join(const Submap& other, const Similarity& world_from_other, Session& sess
                     other.trajectory, world_from_other) ||
       !session.Join(other.map, world_from_other))
     return false;
-  Log(LogLevel::kInfo,
-      fmt::format("frame {}: a submap of {} keyframes, from frame {} on, was joined",
-                  session.tracker().newest_frame(), other.map.keyframes.size(),
-                  other.map.keyframes.At(other.map.keyframes.First()).frame_index));
+  Log(LogLevel::kInfo, "frame {}: a submap of {} keyframes, from frame {} on, was joined",
+      session.tracker().newest_frame(), other.map.keyframes.size(),
+      other.map.keyframes.At(other.map.keyframes.First()).frame_index);
   return true;
 }
 

@@ -1,17 +1,14 @@
 #include "oaslam/system/atlas.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <set>
 
+#include "matchers.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
 namespace {
-
-using testing::IsEmpty;
-using testing::SizeIs;
 
 Rigid3 TruePose(int frame) { return synthetic::PoseOnArc({}, -20 + 0.4 * frame); }
 

@@ -10,9 +10,6 @@
 namespace oaslam {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
-
 const Camera kCamera{.width = 320, .height = 240, .fx = 260, .fy = 260, .cx = 159.5, .cy = 119.5};
 
 SlamConfig Sequential() {
@@ -34,31 +31,27 @@ TEST(DetectionInput, EveryWayInChecksTheBoxes) {
     Slam slam(Sequential(), kCamera);
     const std::vector<Detection> bad{good, {.category_id = 41, .score = 0.9, .box = box}};
     const auto is_named = AllOf(HasSubstr("detection 1"), HasSubstr("box: ["));
-    EXPECT_THAT(InputErrorOf([&] { slam.Process(Image(1, bad)); }), is_named);
+    EXPECT_INPUT_ERROR(slam.Process(Image(1, bad)), is_named);
     ImageInput follows = Image(1);
     follows.detections_follow = true;
     const int frame = slam.Process(follows).frame;  // the refused input had no effect
     EXPECT_EQ(frame, 0);
-    EXPECT_THAT(InputErrorOf([&] { slam.AddDetections(frame, bad); }), is_named);
-    EXPECT_THAT(InputErrorOf([&] { slam.Relocalize(Image(2, bad)); }), is_named);
-    EXPECT_THAT(InputErrorOf([&] { slam.Relocalize(Image(2, bad), {.unknown_camera = true}); }),
-                is_named);
-    EXPECT_THAT(InputErrorOf([&] { slam.Relocalize({.image = {}, .detections = bad}); }), is_named);
+    EXPECT_INPUT_ERROR(slam.AddDetections(frame, bad), is_named);
+    EXPECT_INPUT_ERROR(slam.Relocalize(Image(2, bad)), is_named);
+    EXPECT_INPUT_ERROR(slam.Relocalize(Image(2, bad), {.unknown_camera = true}), is_named);
+    EXPECT_INPUT_ERROR(slam.Relocalize({.image = {}, .detections = bad}), is_named);
   }
 }
 
 TEST(DetectionInput, ScoresAndCategoriesAreCheckedToo) {
   Slam slam(Sequential(), kCamera);
-  EXPECT_THAT(InputErrorOf([&] {
-                slam.Process(Image(1, {{.category_id = 41, .score = 57, .box = {10, 10, 60, 60}}}));
-              }),
-              AllOf(HasSubstr("detection 0"), HasSubstr("score: 57"), HasSubstr("0 to 1")));
-  EXPECT_THAT(InputErrorOf([&] {
-                slam.Relocalize(
-                    {.image = {},
-                     .detections = {{.category_id = -1, .score = 0.5, .box = {10, 10, 60, 60}}}});
-              }),
-              HasSubstr("category_id: -1"));
+  EXPECT_INPUT_ERROR(
+      slam.Process(Image(1, {{.category_id = 41, .score = 57, .box = {10, 10, 60, 60}}})),
+      AllOf(HasSubstr("detection 0"), HasSubstr("score: 57"), HasSubstr("0 to 1")));
+  EXPECT_INPUT_ERROR(
+      slam.Relocalize({.image = {},
+                       .detections = {{.category_id = -1, .score = 0.5, .box = {10, 10, 60, 60}}}}),
+      HasSubstr("category_id: -1"));
 }
 
 }  // namespace

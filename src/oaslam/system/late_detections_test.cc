@@ -1,8 +1,8 @@
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <deque>
 
+#include "matchers.h"
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/system/session.h"
 #include "synthetic_world.h"
@@ -109,7 +109,7 @@ TEST_F(LateDetections, MapTheObjectsOfDetectionsThatComeAtOnce) {
   });
   EXPECT_GE(mapped, 6);
   EXPECT_GE(seen_, 6);
-  EXPECT_THAT(b->CheckInvariants(), testing::IsEmpty());
+  EXPECT_THAT(b->CheckInvariants(), IsEmpty());
 }
 
 TEST_F(LateDetections, CountForTheFrameTheyAreOfOrNotAtAll) {

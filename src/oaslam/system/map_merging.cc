@@ -11,12 +11,12 @@
 #include <vector>
 
 #include "oaslam/class_names.h"
-#include "oaslam/error.h"
 #include "oaslam/map/next_ids.h"
 #include "oaslam/map/renumbering.h"
 #include "oaslam/mapping/submap_joining.h"
 #include "oaslam/objects/moved_objects.h"
 #include "oaslam/system/keyframe_search.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
@@ -46,8 +46,8 @@ ClassNames NamesOfBoth(const ClassNames& a, const ClassNames& b) {
   for (const auto& [category, name] : b) {
     const auto [place, is_new] = names.emplace(category, name);
     if (!is_new && place->second != name)
-      throw InputError(fmt::format("class {} is \"{}\" in one map and \"{}\" in the other",
-                                   category, place->second, name));
+      throw BadInput("class {} is \"{}\" in one map and \"{}\" in the other", category,
+                     place->second, name);
   }
   return names;
 }
@@ -56,7 +56,7 @@ ClassRelations RelationsOfBoth(ClassRelations a, const ClassRelations& b) {
   a.whole_of.insert(b.whole_of.begin(), b.whole_of.end());
   a.movable.insert(b.movable.begin(), b.movable.end());
   if (const auto part = PartOfItself(a.whole_of))
-    throw InputError(fmt::format("class {} is a part of itself by what both maps say", *part));
+    throw BadInput("class {} is a part of itself by what both maps say", *part);
   return a;
 }
 

@@ -1,11 +1,11 @@
 #include "oaslam/system/map_merging.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <set>
 
+#include "matchers.h"
 #include "oaslam/error.h"
 #include "oaslam/map/joining.h"
 #include "oaslam/map/renumbering.h"
@@ -13,9 +13,6 @@
 
 namespace oaslam {
 namespace {
-
-using testing::HasSubstr;
-using testing::IsEmpty;
 
 constexpr auto kBoth = RelocalizationMode::kPointsAndObjects;
 

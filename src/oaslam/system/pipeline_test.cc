@@ -1,6 +1,6 @@
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "matchers.h"
 #include "oaslam/mapping/background_bundle.h"
 #include "oaslam/system/atlas.h"
 #include "oaslam/system/map_pipeline.h"
@@ -8,8 +8,6 @@
 
 namespace oaslam {
 namespace {
-
-using testing::IsEmpty;
 
 Map EmptyMap() {
   Map empty;

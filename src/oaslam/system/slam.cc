@@ -1,7 +1,5 @@
 #include "oaslam/slam.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <utility>
 
@@ -10,6 +8,7 @@
 #include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/system/slam_impl.h"
 #include "oaslam/system/slam_view.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -69,7 +68,7 @@ void Slam::SetClassNames(std::map<int, std::string> names) {
 
 void Slam::SetClassRelations(const ClassRelations& relations) {
   if (const auto part = PartOfItself(relations.whole_of))
-    throw InputError(fmt::format("class {} is a part of itself", *part));
+    throw BadInput("class {} is a part of itself", *part);
   impl_->ExpectMapping();
   impl_->atlas_->SetClassRelations(relations);
   impl_->PostChange();
@@ -113,15 +112,15 @@ void Slam::Finish() {
   impl_->PostChange();
   if (impl_->session().snapshot()->keyframes.empty() && !why_no_map.empty())
     Log(LogLevel::kWarning,
-        fmt::format("no map was made: {}; it takes a camera that moves sideways past things with "
-                    "texture, neither too fast nor too dark",
-                    why_no_map));
+        "no map was made: {}; it takes a camera that moves sideways past things with "
+        "texture, neither too fast nor too dark",
+        why_no_map);
   if (!impl_->has_told_failure_) impl_->ExpectMapping();
 }
 
 void Slam::SetMetresPerUnit(double metres) {
   if (!(std::isfinite(metres) && metres > 0))
-    throw InputError(fmt::format("metres per unit: {}, allowed: above 0 and finite", metres));
+    throw BadInput("metres per unit: {}, allowed: above 0 and finite", metres);
   impl_->ExpectMapping();
   if (impl_->session().Newest()->keyframes.empty())
     throw InputError("metres per unit: there is no map yet that has a unit");
@@ -161,9 +160,8 @@ void Slam::SetMask(const cv::Mat& mask) {
     return impl.SetMask({});
   }
   if (mask.type() != CV_8UC1 || mask.cols != impl.camera_.width || mask.rows != impl.camera_.height)
-    throw InputError(fmt::format("mask: {}x{} pixels of {} bytes, allowed: {}x{} of 1 (grey)",
-                                 mask.cols, mask.rows, mask.elemSize(), impl.camera_.width,
-                                 impl.camera_.height));
+    throw BadInput("mask: {}x{} pixels of {} bytes, allowed: {}x{} of 1 (grey)", mask.cols,
+                   mask.rows, mask.elemSize(), impl.camera_.width, impl.camera_.height);
   const ImageMask checked(ViewOf(mask));
   if (checked.HiddenShare() >= 1) throw InputError("mask: hides the whole image: 0 hides");
   impl.SetMask(checked);
@@ -176,7 +174,7 @@ void Slam::NameRecording(const std::string& name, const std::string& images) {
 
 void Slam::Save(const std::string& path) const {
   if (impl_->session().snapshot()->keyframes.empty())
-    Log(LogLevel::kWarning, fmt::format("{}: the map that is saved is empty", path));
+    Log(LogLevel::kWarning, "{}: the map that is saved is empty", path);
   WholeMap().Save(path);
 }
 

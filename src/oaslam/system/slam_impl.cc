@@ -10,6 +10,7 @@
 
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/relocalization/image_search.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/stopwatch.h"
 
@@ -31,8 +32,7 @@ MappingError ErrorOf(const std::exception_ptr& failure) {
 void CheckTimestamp(double timestamp, const std::optional<double>& last) {
   if (!std::isfinite(timestamp)) throw InputError("time stamp is not finite");
   if (last && !(timestamp > *last))
-    throw InputError(
-        fmt::format("time stamp {:.6f} is not after the one before, {:.6f}", timestamp, *last));
+    throw BadInput("time stamp {:.6f} is not after the one before, {:.6f}", timestamp, *last);
 }
 
 void TakePose(const ImagePose& pose, TrackingResult& result) {
@@ -178,8 +178,8 @@ Frame Slam::Impl::MakeNextFrame(const ImageInput& input, double& cpu_ms) {
   if (still_parts_ && still_parts_->Add(ViewOf(grey.image), input.timestamp)) {
     SetMask(still_parts_->mask());
     Log(LogLevel::kWarning,
-        fmt::format("a part of the images moves with the camera, and is left out from now on: {}",
-                    Describe(mask_)));
+        "a part of the images moves with the camera, and is left out from now on: {}",
+        Describe(mask_));
   }
   EraseHidden(mask_, {camera_.width, camera_.height}, grey.detections);
   const auto with_features = [&] {

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "oaslam/estimation/pose_refinement.h"
+#include "oaslam/map/frame.h"
 #include "oaslam/map/map.h"
 #include "oaslam/map/relocalization.h"
 #include "oaslam/tracking/map_drift.h"

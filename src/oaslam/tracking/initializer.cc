@@ -1,7 +1,5 @@
 #include "oaslam/tracking/initializer.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -110,10 +108,10 @@ std::optional<InitialMap> Initializer::Try(const Reference& reference, const Fra
     return std::nullopt;
   }
   Log(LogLevel::kDebug,
-      fmt::format("map begun from frames {} and {}: {} matches, {} inliers, {} points, parallax "
-                  "{:.1f} degrees, direction +- {:.1f} degrees",
-                  reference.frame.index, frame.index, pairs.size(), report.inliers,
-                  report.triangulated, report.parallax_deg, report.direction_sigma_deg));
+      "map begun from frames {} and {}: {} matches, {} inliers, {} points, parallax "
+      "{:.1f} degrees, direction +- {:.1f} degrees",
+      reference.frame.index, frame.index, pairs.size(), report.inliers, report.triangulated,
+      report.parallax_deg, report.direction_sigma_deg);
   InitialMap map{
       reference.frame, frame, {}, {}, report.second_from_first, {}, frame.motion->cam_from_odom,
       motion};
