@@ -344,9 +344,10 @@ void Run(const RunOptions& given) {
   if (dropped > 0) spdlog::warn("{} images came too late and were dropped", dropped);
   failures.Throw();
   if (!options.common.quiet)
-    fmt::print("{} of {} frames tracked, {} keyframes, {} landmarks, {} objects; results in {}\n",
+    fmt::print("{} of {} frames tracked, {} keyframes, {} landmarks, {} objects; results in {}{}\n",
                tracked, done, saved.map.keyframes.size(), saved.map.landmarks.size(),
-               saved.map.CountMappedObjects(), options.out);
+               saved.map.CountMappedObjects(), options.out,
+               options.map_out.empty() ? "; the map is not saved (--map-out)" : "");
   if (const std::string uncertain = results.Uncertain();
       !options.common.quiet && !uncertain.empty())
     fmt::print("{}\n", uncertain);

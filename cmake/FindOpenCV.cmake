@@ -1,6 +1,6 @@
 # Finds OpenCV with its own package (OpenCVConfig.cmake), or module by module: Debian has that file in libopencv-dev alone, which
 # depends on VTK, Qt and GDAL, while libopencv-core-dev and its like are small. Defines the targets opencv_core, opencv_imgproc, ...,
-# OpenCV_VERSION and OpenCV_INCLUDE_DIRS. It is installed beside oaslamConfig.cmake; an application that wants to use it writes
+# OpenCV_LIBS, OpenCV_VERSION and OpenCV_INCLUDE_DIRS. It is installed beside oaslamConfig.cmake; an application that wants to use it writes
 #   find_package(oaslam REQUIRED)
 #   list(APPEND CMAKE_MODULE_PATH ${oaslam_DIR})
 #   find_package(OpenCV REQUIRED COMPONENTS imgproc videoio)
@@ -19,6 +19,7 @@ if(OpenCV_INCLUDE_DIR)
 endif()
 
 set(packages "")
+set(OpenCV_LIBS "")
 foreach(component core ${OpenCV_FIND_COMPONENTS})
   find_library(OpenCV_${component}_LIBRARY opencv_${component})
   mark_as_advanced(OpenCV_${component}_LIBRARY)
@@ -38,6 +39,7 @@ if(NOT OpenCV_FOUND)
   return()
 endif()
 foreach(component core ${OpenCV_FIND_COMPONENTS})
+  list(APPEND OpenCV_LIBS opencv_${component})
   if(OpenCV_${component}_FOUND AND NOT TARGET opencv_${component})
     add_library(opencv_${component} UNKNOWN IMPORTED)
     set_target_properties(opencv_${component} PROPERTIES IMPORTED_LOCATION ${OpenCV_${component}_LIBRARY}

@@ -26,7 +26,7 @@ struct AnchorPose {
 // pose.
 struct AnchorRequest {
   std::string name{};   // empty: the name of the model with a number
-  std::string model{};  // at least one letter
+  std::string model{};  // 1 to 64 bytes, no control character
   // Of the newest image that Slam::Process took; instead of a ray.
   std::optional<Eigen::Vector2d> pixel{};
   // The ray, in the map's frame; the direction may have any length.

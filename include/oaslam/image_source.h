@@ -85,12 +85,6 @@ class OASLAM_API ImageSource {
 OASLAM_API std::unique_ptr<ImageSource> OpenImages(const std::string& source,
                                                    const ImageSourceOptions& options = {});
 
-// Opens a source as an application with a camera reads it: Next waits for an image that is newer
-// than the last one and returns the newest (LatestImageSource). A recording is played at its own
-// speed. Unreadable images are left out, with a warning. Throws as OpenImages.
-OASLAM_API std::unique_ptr<ImageSource> OpenCamera(const std::string& source,
-                                                   const ImageSourceOptions& options = {});
-
 // An image of a source that is not read yet.
 struct ListedImage {
   double timestamp = 0;

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "oaslam/export.h"
 #include "oaslam/image_source.h"
@@ -31,5 +32,10 @@ class OASLAM_API LatestImageSource : public ImageSource {
   class Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+// Opens a source as an application with a camera reads it: its newest image. A recording is played
+// at its own speed. Unreadable images are left out, with a warning. Throws as OpenImages.
+OASLAM_API std::unique_ptr<LatestImageSource> OpenCamera(const std::string& source,
+                                                         const ImageSourceOptions& options = {});
 
 }  // namespace oaslam

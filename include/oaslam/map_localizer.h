@@ -12,7 +12,8 @@
 namespace oaslam {
 
 // Finds single images in a map that is only read. Any number of threads may call all functions at
-// once: each call takes some 10 ms on its caller's thread. All calls and all copies share one map.
+// once: each call takes some 10 to 40 ms on its caller's thread, and ten times that where it is not
+// found. All calls and all copies share one map.
 class OASLAM_API MapLocalizer {
  public:
   // Throws InputError.

@@ -52,10 +52,11 @@ class OASLAM_API MapSnapshot {
   };
   // A box in which an object was detected.
   struct Sighting {
-    KeyframeId keyframe;    // the image, or the keyframe that the image was seen from
-    Rigid3 world_from_cam;  // of the image
-    Box box;                // pixels of the image without distortion
-    double score = 0;       // (0, 1], of the detector
+    std::optional<KeyframeId> keyframe;  // whose image it is; nothing for another image
+    std::optional<int> frame;            // of the image, as Keyframe::frame
+    Rigid3 world_from_cam;               // of the image
+    Box box;                             // pixels of the image without distortion
+    double score = 0;                    // (0, 1], of the detector
   };
   // An object of the map.
   struct Object {
@@ -67,7 +68,7 @@ class OASLAM_API MapSnapshot {
     // Covariance of the centre (world), the logarithms of the half axes, and the rotation about the
     // vertical (rad; 1: that is not known).
     Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();
-    int observations = 0;    // images in which it was detected
+    int observations = 0;    // images in which it was detected; Observations has at most 60
     bool has_moved = false;  // since the map was made or loaded
   };
   // ORB's descriptor of a key point: 256 bits.

@@ -41,8 +41,8 @@ struct RelocalizationResult {
   double object_score = 0, object_margin = 0;
   int inlier_points = 0, matched_objects = 0;
   // Of the best hypothesis, accepted or not. Relative to the part of the map around it: the map's
-  // own error, which TrackingResult::covariance estimates, is not in it. `sigma_position`: of any
-  // axis, map units.
+  // own error, which TrackingResult::covariance estimates, is not in it. `sigma_position`:
+  // SigmaOfPosition of it; SigmaOfRotation gives the angle.
   PoseCovariance covariance = PoseCovariance::Zero();
   double sigma_position = 0;
   // A hypothesis.
@@ -58,11 +58,11 @@ struct RelocalizationResult {
   // confirm one that objects alone would not prefer.
   std::vector<Candidate> candidates;
   PoseEvidence candidates_are_by =
-      PoseEvidence::kNone;       // kPoints or kObjects; kNone without candidates
-  std::string why_not;           // empty where a pose was found
-  std::optional<Camera> camera;  // the camera that was found, where it was unknown
-  double focal_sigma_px = 0;     // of that camera; 0 where it is one of the map's
-  double ms_features = 0, ms = 0;
+      PoseEvidence::kNone;         // kPoints or kObjects; kNone without candidates
+  std::string why_not;             // empty where a pose was found; a sentence, may have commas
+  std::optional<Camera> camera;    // the camera that was found, where it was unknown
+  double focal_sigma_px = 0;       // of that camera; 0 where it is one of the map's
+  double ms_features = 0, ms = 0;  // for key points; and for the search, after these
 };
 
 }  // namespace oaslam

@@ -157,8 +157,9 @@ class OASLAM_API Slam {
   // that is not finite and above 0, and while there is no map.
   void SetMetresPerUnit(double metres);
 
-  // Virtual content in the map, saved with it. It moves as the map moves: with bundle adjustment,
-  // with loops, and with the object it stands on.
+  // Virtual content in the map, saved with it. A map that has some stays the one in which the
+  // camera is looked for: while it is lost there, no other submap gives a pose. It moves as the map
+  // moves: with bundle adjustment, with loops, and with the object it stands on.
   std::vector<AnchorPose> Anchors() const;
   // The edits of anchors wait until everything seen is in the map, since an earlier snapshot may
   // have another scale. In live mode these are at most eight keyframes.

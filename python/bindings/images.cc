@@ -57,11 +57,11 @@ class LatestImages : public Images {
  public:
   explicit LatestImages(const std::shared_ptr<ImageSource>& source)
       : LatestImages(std::make_shared<LatestImageSource>(std::make_unique<SharedSource>(source))) {}
+  explicit LatestImages(std::shared_ptr<LatestImageSource> latest)
+      : Images(latest), latest_(latest.get()) {}
   int dropped() const { return latest_->dropped(); }
 
  private:
-  explicit LatestImages(std::shared_ptr<LatestImageSource> latest)
-      : Images(latest), latest_(latest.get()) {}
   const LatestImageSource* latest_;
 };
 
@@ -75,19 +75,20 @@ std::function<bool()> StoppedBySignals() {
   };
 }
 
-template <auto Opener>
-std::shared_ptr<Images> Open(const PathText& source, std::optional<double> fps, int from, int to,
+// `Source`: Images or LatestImages.
+template <typename Source, auto Opener>
+std::shared_ptr<Source> Open(const PathText& source, std::optional<double> fps, int from, int to,
                              bool color, Orientation orientation,
                              std::optional<double> follow_quiet_s, bool color_if_free) {
   ImageSourceOptions options{fps, from, to, color, orientation, {}, color_if_free};
   if (follow_quiet_s) options.follow = FollowOptions{*follow_quiet_s};
   options.stopped = StoppedBySignals();
-  std::shared_ptr<ImageSource> opened;
+  decltype(Opener(source, options)) opened;
   {
     const WithoutPythonsLock without_gil;
     opened = Opener(source, options);
   }
-  return MakeWithoutGil<Images>(std::move(opened));
+  return MakeWithoutGil<Source>(std::shared_ptr(std::move(opened)));
 }
 
 InputImage NextOrStop(Images& images) {
@@ -140,8 +141,8 @@ void AddImages(py::module_& m) {
           py::arg("follow_quiet_s") = std::nullopt,
           py::arg("color_if_free") = options.color_if_free, WithSourceOptions(text).c_str());
   };
-  def_opener("open_images", &Open<&OpenImages>, doc::OpenImages);
-  def_opener("open_camera", &Open<&OpenCamera>, doc::OpenCamera);
+  def_opener("open_images", &Open<Images, &OpenImages>, doc::OpenImages);
+  def_opener("open_camera", &Open<LatestImages, &OpenCamera>, doc::OpenCamera);
   py::class_<ListedImage>(m, "ListedImage", doc::ListedImage)
       .def_readonly(OASLAM_FIELD(ListedImage, timestamp))
       .def_property_readonly(

@@ -47,7 +47,11 @@ auto AsRows(MapSnapshot::Range<Element> (MapSnapshot::*range)() const) {
 }
 
 SightingRow RowOf(const MapSnapshot::Sighting& s) {
-  SightingRow row{s.keyframe.value, {}, {s.box.x1, s.box.y1, s.box.x2, s.box.y2}, s.score};
+  SightingRow row{s.keyframe ? int64_t{s.keyframe->value} : -1,
+                  s.frame.value_or(-1),
+                  {},
+                  {s.box.x1, s.box.y1, s.box.x2, s.box.y2},
+                  s.score};
   CopyPose(s.world_from_cam, row.world_from_cam);
   return row;
 }
@@ -62,6 +66,12 @@ py::array Observations(const MapSnapshot& map,
         return ArrayOfRows(std::move(rows));
       },
       of);
+}
+
+// An id, or its number as arrays have it.
+template <typename Id>
+auto FindById(const MapSnapshot& map, const std::variant<Id, uint32_t>& id) {
+  return std::visit([&](const auto& i) { return map.Find(Id(i)); }, id);
 }
 
 // The bytes of all descriptors of a keyframe, a row each.
@@ -110,7 +120,7 @@ void AddMap(py::module_& m) {
   PYBIND11_NUMPY_DTYPE(KeyframeRow, id, frame, timestamp, camera, world_from_cam);
   PYBIND11_NUMPY_DTYPE(LandmarkRow, id, position, observations);
   PYBIND11_NUMPY_DTYPE(ObservationRow, keyframe, landmark, keypoint, pixel, sigma_px);
-  PYBIND11_NUMPY_DTYPE(SightingRow, keyframe, world_from_cam, box, score);
+  PYBIND11_NUMPY_DTYPE(SightingRow, keyframe, frame, world_from_cam, box, score);
   py::class_<AnchorPose>(m, "AnchorPose", doc::AnchorPose)
       .def_readonly(OASLAM_FIELD(AnchorPose, name))
       .def_readonly(OASLAM_FIELD(AnchorPose, model))
@@ -142,26 +152,27 @@ void AddMap(py::module_& m) {
       .def_property_readonly(
           "landmark_count", [](const MapSnapshot& map) { return map.Landmarks().size(); },
           "The number of landmarks.")
-      .def("keyframes", AsRows<KeyframeRow>(&MapSnapshot::Keyframes), doc::MapSnapshot_Keyframes)
-      .def("landmarks", AsRows<LandmarkRow>(&MapSnapshot::Landmarks), doc::MapSnapshot_Landmarks)
+      .def("keyframes", AsRows<KeyframeRow>(&MapSnapshot::Keyframes),
+           (std::string(doc::MapSnapshot_Keyframes) +
+            " Columns: id, frame (-1: of a file), timestamp, camera, world_from_cam.")
+               .c_str())
+      .def("landmarks", AsRows<LandmarkRow>(&MapSnapshot::Landmarks),
+           (std::string(doc::MapSnapshot_Landmarks) + " Columns: id, position, observations.")
+               .c_str())
       .def(
           "objects", [](const MapSnapshot& map) { return map.Objects().ToVector(); }, WithoutGil(),
           doc::MapSnapshot_Objects)
-      .def(
-          "find_keyframe", [](const MapSnapshot& map, KeyframeId id) { return map.Find(id); },
-          py::arg("id"), doc::MapSnapshot_Find)
-      .def(
-          "find_landmark", [](const MapSnapshot& map, LandmarkId id) { return map.Find(id); },
-          py::arg("id"), doc::MapSnapshot_Find)
-      .def(
-          "find_object", [](const MapSnapshot& map, ObjectId id) { return map.Find(id); },
-          py::arg("id"), doc::MapSnapshot_Find)
+      .def("find_keyframe", &FindById<KeyframeId>, py::arg("id"), doc::MapSnapshot_Find)
+      .def("find_landmark", &FindById<LandmarkId>, py::arg("id"), doc::MapSnapshot_Find)
+      .def("find_object", &FindById<ObjectId>, py::arg("id"), doc::MapSnapshot_Find)
       .def(
           "observations", &Observations, py::arg("of"),
-          "The landmarks that a keyframe sees, the keyframes that see a landmark, or the boxes of "
-          "an "
-          "object from which its ellipsoid is estimated: of many images those that tell most, each "
-          "x1, y1, x2, y2 in the image without distortion.")
+          "The landmarks that a keyframe sees, or the keyframes that see a landmark: keyframe, "
+          "landmark, keypoint, pixel, sigma_px. Of an object the boxes from which its ellipsoid is "
+          "estimated, of many images at most 60 that tell most: keyframe (-1: another image), "
+          "frame "
+          "(-1: of a file), world_from_cam, box (x1, y1, x2, y2 in the image without distortion), "
+          "score.")
       .def("descriptors", &Descriptors, py::arg("keyframe"),
            "ORB's descriptors of all key points of a keyframe, 32 bytes in a row.")
       .def("trajectory", &MapSnapshot::Trajectory, WithoutGil(), doc::MapSnapshot_Trajectory)

@@ -24,7 +24,8 @@ struct ObservationRow {
   double sigma_px;
 };
 struct SightingRow {
-  uint32_t keyframe;
+  int64_t keyframe;  // -1: another image
+  int32_t frame;     // -1: of a file
   double world_from_cam[4][4];
   double box[4];  // x1, y1, x2, y2
   double score;

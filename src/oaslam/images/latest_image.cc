@@ -149,8 +149,8 @@ class PlayedSource : public ImageSource {
 
 }  // namespace
 
-std::unique_ptr<ImageSource> OpenCamera(const std::string& source,
-                                        const ImageSourceOptions& options) {
+std::unique_ptr<LatestImageSource> OpenCamera(const std::string& source,
+                                              const ImageSourceOptions& options) {
   const bool is_recording = !IsCamera(source) && !options.follow;
   return std::make_unique<LatestImageSource>(
       std::make_unique<PlayedSource>(OpenImages(source, options), is_recording));

@@ -30,7 +30,8 @@ struct ObjectDetection {
 std::vector<ObjectDetection> IdealDetections(const Camera& camera,
                                              const std::vector<Detection>& detections);
 
-// What the images alone tell of the camera's motion (odometry/).
+// What the images alone tell of the camera's motion (odometry/): where this image is in the
+// odometry's own frame, and how far its points are.
 struct FrameMotion {
   // The inverse depth of a point in this image.
   struct KnownDepth {

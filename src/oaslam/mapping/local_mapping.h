@@ -8,8 +8,8 @@
 
 namespace oaslam {
 
-// The steps of local mapping, in the order in which the mapper takes them for each new keyframe.
-// Each is an edit of the map.
+// Edits of the map that the mapper makes (insertion.cc, culling.cc, triangulation.cc): one begins a
+// map, the others are the steps for each new keyframe.
 
 // Makes a map from two views: both keyframes and their landmarks, refined together. Frame and unit
 // are given. Returns false and leaves the map as it was when too few landmarks

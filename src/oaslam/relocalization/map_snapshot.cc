@@ -1,6 +1,7 @@
 #include "oaslam/map_snapshot.h"
 
 #include <atomic>
+#include <map>
 #include <utility>
 
 #include "oaslam/anchors/editing.h"
@@ -10,11 +11,15 @@
 namespace oaslam {
 namespace {
 
+// TrackingResult::frame; nothing for an image of a file.
+std::optional<int> FrameOf(const MapSnapshot::Content& content, int frame_index) {
+  const int frame = frame_index - content.first_frame;
+  return frame < 0 ? std::nullopt : std::optional(frame);
+}
+
 MapSnapshot::Keyframe ElementOf(const MapSnapshot::Content& content, KeyframeId id,
                                 const Keyframe& k) {
-  const int frame = k.frame_index - content.first_frame;
-  return {id, frame < 0 ? std::nullopt : std::optional(frame), k.timestamp, k.camera,
-          k.cam_from_world.Inverse()};
+  return {id, FrameOf(content, k.frame_index), k.timestamp, k.camera, k.cam_from_world.Inverse()};
 }
 
 MapSnapshot::Landmark ElementOf(const MapSnapshot::Content&, LandmarkId id, const Landmark& l) {
@@ -188,11 +193,18 @@ std::vector<MapSnapshot::Sighting> MapSnapshot::Observations(ObjectId id) const 
   const Map& map = *content_->map;
   const oaslam::Object* object = map.objects.Find(id);
   if (!object || !IsShown(*object)) return found;
-  for (const ObjectObservation& o : object->observations)
-    if (const auto reference = map.ResolveKeyframe(o.reference))
-      found.push_back({reference->by,
-                       (o.cam_from_reference * *map.ResolvePose(o.reference)).Inverse(), o.box,
-                       o.score});
+  std::map<int, KeyframeId> keyframes;  // by frame
+  map.keyframes.ForEach([&](KeyframeId keyframe, const oaslam::Keyframe& k) {
+    keyframes.emplace(k.frame_index, keyframe);
+  });
+  for (const ObjectObservation& o : object->observations) {
+    const std::optional<Rigid3> reference = map.ResolvePose(o.reference);
+    if (!reference) continue;
+    const auto keyframe = keyframes.find(o.frame_index);
+    found.push_back({keyframe == keyframes.end() ? std::nullopt : std::optional(keyframe->second),
+                     FrameOf(*content_, o.frame_index),
+                     (o.cam_from_reference * *reference).Inverse(), o.box, o.score});
+  }
   return found;
 }
 

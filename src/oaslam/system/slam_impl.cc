@@ -146,8 +146,7 @@ Frame Slam::Impl::FrameOfBoxes(const ImageInput& input, double timestamp) const 
 
 // How the camera moved, as its images tell it; null where this one tells nothing. Adds the CPU
 // time.
-std::shared_ptr<const FrameMotion> Slam::Impl::FollowMotion(const ImageInput& grey,
-                                                            double& cpu_ms) {
+std::shared_ptr<const FrameMotion> Slam::Impl::RunOdometry(const ImageInput& grey, double& cpu_ms) {
   const Stopwatch watch;
   OdometryEstimate estimate =
       odometry_->Process(ViewOf(grey.image), grey.timestamp, grey.angular_velocity);
@@ -187,7 +186,7 @@ Frame Slam::Impl::MakeNextFrame(const ImageInput& input, double& cpu_ms) {
                      config_.features.count * (atlas_->IsInitializing() ? 2 : 1));
   };
   double motion_cpu_ms = 0;
-  const auto follow = [&] { return FollowMotion(grey, motion_cpu_ms); };
+  const auto follow = [&] { return RunOdometry(grey, motion_cpu_ms); };
   Frame frame;
   if (atlas_->NeedsFeatures(input.timestamp, nullptr)) {
     auto motion = std::async(std::launch::async, follow);

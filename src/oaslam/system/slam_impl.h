@@ -92,7 +92,7 @@ class OASLAM_LOCAL Slam::Impl {
   Frame FrameOfBoxes(const ImageInput& input, double timestamp) const;
   RelocalizationResult Find(const Frame& frame, const RelocalizeOptions& options,
                             double ms_features);
-  std::shared_ptr<const FrameMotion> FollowMotion(const ImageInput& grey, double& cpu_ms);
+  std::shared_ptr<const FrameMotion> RunOdometry(const ImageInput& grey, double& cpu_ms);
   Frame MakeNextFrame(const ImageInput& input, double& cpu_ms);
   void Post();
 };

@@ -61,9 +61,10 @@ double ConfidenceOfTracked(int inliers) { return 1 / (1 + std::pow(inliers / 16.
 
 }  // namespace
 
-ImagePose PoseCertainty::Rate(const Frame& frame, const Map& map, const TrackReport& tracked,
-                              TrackingState state, const OdometryLink& link, MapUse use,
-                              double& seen_confidence) {
+ImagePose PoseCertainty::PoseToReport(const Frame& frame, const Map& map,
+                                      const TrackReport& tracked, TrackingState state,
+                                      const OdometryLink& link, MapUse use,
+                                      double& best_confidence) {
   const bool is_seen = state != TrackingState::kOdometry;
   ImagePose pose{
       .state = state,
@@ -78,9 +79,9 @@ ImagePose PoseCertainty::Rate(const Frame& frame, const Map& map, const TrackRep
       {}, pose.depth * kOfSpread * std::min(kMostSpread, link.spread()) * off, kTurnOfLink * off};
   pose.covariance = tracked.covariance + map_error.Covariance();
   pose.seconds_without_map = is_seen ? 0 : frame.timestamp - link.seen_at();
-  if (is_seen) seen_confidence = std::max(seen_confidence, ConfidenceOfTracked(pose.inliers));
+  if (is_seen) best_confidence = std::max(best_confidence, ConfidenceOfTracked(pose.inliers));
   const double sigma = std::sqrt(tracked.covariance.topLeftCorner<3, 3>().trace() / 3);
-  pose.confidence = seen_confidence * (pose.depth > 0 ? ProbablyNear(sigma / pose.depth) : 1);
+  pose.confidence = best_confidence * (pose.depth > 0 ? ProbablyNear(sigma / pose.depth) : 1);
   // Points agree less as long as the odometry only begins.
   const bool is_known = frame.motion && !frame.motion->is_preliminary;
   const double agreeing = is_known ? frame.motion->agreeing : 1;

@@ -46,12 +46,12 @@ inline constexpr double kSureConfidence = 0.9;
 // of the map in view is tied to the rest, and by how well this film holds its scale.
 class PoseCertainty {
  public:
-  // The answer for an image with a pose in the map. `seen_confidence`: the highest
+  // The answer for an image with a pose in the map. `best_confidence`: the highest
   // confidence of the poses that the map gave since the camera was last lost. It never falls, since
   // a pose near where the motion led is as right as the one before it.
-  ImagePose Rate(const Frame& frame, const Map& map, const TrackReport& tracked,
-                 TrackingState state, const OdometryLink& link, MapUse use,
-                 double& seen_confidence);
+  ImagePose PoseToReport(const Frame& frame, const Map& map, const TrackReport& tracked,
+                         TrackingState state, const OdometryLink& link, MapUse use,
+                         double& best_confidence);
 
  private:
   MapDrift drift_;

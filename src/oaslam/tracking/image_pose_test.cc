@@ -16,19 +16,20 @@ class PoseCertaintyTest : public testing::Test {
     tracked_.covariance.diagonal().head<3>().setConstant(1e-4);
   }
 
-  ImagePose Rate(TrackingState state = TrackingState::kTracking, MapUse use = MapUse::kExtend) {
-    return certainty_.Rate(frame_, map_, tracked_, state, OdometryLink(), use, seen_confidence_);
+  ImagePose Reported(TrackingState state = TrackingState::kTracking, MapUse use = MapUse::kExtend) {
+    return certainty_.PoseToReport(frame_, map_, tracked_, state, OdometryLink(), use,
+                                   best_confidence_);
   }
 
   Map map_ = synthetic::MakeMap(synthetic::MakeWorld({}), {}).map;
   Frame frame_;
   TrackReport tracked_;
-  double seen_confidence_ = 0;
+  double best_confidence_ = 0;
   PoseCertainty certainty_;
 };
 
 TEST_F(PoseCertaintyTest, ManyLandmarksAreSure) {
-  const ImagePose pose = Rate();
+  const ImagePose pose = Reported();
   EXPECT_EQ(pose.source, PoseSource::kMap);
   EXPECT_GT(pose.confidence, 0.95);
   EXPECT_FALSE(pose.is_uncertain);
@@ -38,24 +39,24 @@ TEST_F(PoseCertaintyTest, ManyLandmarksAreSure) {
 // A pose near where the motion led is as right as the one before it.
 TEST_F(PoseCertaintyTest, FewLandmarksDoNotRefuteWhatManySaidBefore) {
   tracked_.inliers = 20;
-  EXPECT_LT(Rate().confidence, 0.9);
+  EXPECT_LT(Reported().confidence, 0.9);
   tracked_.inliers = 200;
-  const double sure = Rate().confidence;
+  const double sure = Reported().confidence;
   tracked_.inliers = 20;
-  EXPECT_NEAR(Rate().confidence, sure, 1e-9);
+  EXPECT_NEAR(Reported().confidence, sure, 1e-9);
 }
 
 TEST_F(PoseCertaintyTest, AWidePoseIsUncertain) {
   tracked_.covariance.diagonal().head<3>().setConstant(0.09);  // a tenth of the depth
-  const ImagePose pose = Rate();
+  const ImagePose pose = Reported();
   EXPECT_TRUE(pose.is_uncertain);
   EXPECT_LT(pose.confidence, 0.9);
 }
 
 TEST_F(PoseCertaintyTest, FarFromTheFirstKeyframeTheMapMayBeOff) {
-  const double near = SigmaOfPosition(Rate().covariance);
+  const double near = SigmaOfPosition(Reported().covariance);
   tracked_.reference = KeyframeId(7);
-  EXPECT_GT(SigmaOfPosition(Rate().covariance), near);
+  EXPECT_GT(SigmaOfPosition(Reported().covariance), near);
 }
 
 TEST_F(PoseCertaintyTest, APoseByTheMotionSaysForHowLong) {
@@ -64,8 +65,8 @@ TEST_F(PoseCertaintyTest, APoseByTheMotionSaysForHowLong) {
   TrackedFrame seen;
   seen.frame.timestamp = 1;
   link.See(seen, 3, map_, nullptr);
-  const ImagePose pose = certainty_.Rate(frame_, map_, tracked_, TrackingState::kOdometry, link,
-                                         MapUse::kExtend, seen_confidence_);
+  const ImagePose pose = certainty_.PoseToReport(frame_, map_, tracked_, TrackingState::kOdometry,
+                                                 link, MapUse::kExtend, best_confidence_);
   EXPECT_EQ(pose.source, PoseSource::kMotion);
   EXPECT_DOUBLE_EQ(pose.seconds_without_map, 3);
 }
@@ -77,8 +78,8 @@ TEST_F(PoseCertaintyTest, OnlyAMapThatGrowsMayPart) {
     certainty_ = {};
     for (frame_.timestamp = 0; frame_.timestamp < 3; frame_.timestamp += 0.1) {
       tracked_.inliers = frame_.timestamp < 2 ? 0 : 200;
-      seen_confidence_ = 1;
-      const bool is_uncertain = Rate(TrackingState::kTracking, use).is_uncertain;
+      best_confidence_ = 1;
+      const bool is_uncertain = Reported(TrackingState::kTracking, use).is_uncertain;
       if (frame_.timestamp > 2.5) {
         EXPECT_EQ(is_uncertain, use == MapUse::kExtend);
       }

@@ -52,7 +52,7 @@ std::optional<double> UnitBySharedPoints(const TrackedFrame& seen, const Map& ma
 
 void OdometryLink::Begin(const Frame& frame, KeyframeId keyframe, double depth) {
   unit_ = Unit{frame.motion->run, 0, 1, kUnitSeconds};
-  ties_ = {{frame.motion, keyframe, {}}};
+  starts_ = {{frame.motion, keyframe, {}}};
   keyframes_ = {{keyframe, frame.motion}};
   map_began_at_ = seen_at_ = frame.timestamp;
   depth_ = depth;
@@ -61,20 +61,20 @@ void OdometryLink::Begin(const Frame& frame, KeyframeId keyframe, double depth) 
 void OdometryLink::See(const TrackedFrame& seen, double depth, const Map& map,
                        const TrackedFrame* before) {
   Learn(seen, map, before);
-  ties_ = {{seen.frame.motion, seen.reference, seen.cam_from_reference}};
+  starts_ = {{seen.frame.motion, seen.reference, seen.cam_from_reference}};
   seen_at_ = seen.frame.timestamp;
   depth_ = depth;
 }
 
 void OdometryLink::AddKeyframe(KeyframeId id, const Frame& frame) {
   constexpr size_t kMost = 30;  // the odometry's window mostly has fewer of these keyframes
-  ties_.push_back({frame.motion, id, {}});
+  starts_.push_back({frame.motion, id, {}});
   keyframes_.emplace_back(id, frame.motion);
   if (keyframes_.size() > kMost) keyframes_.erase(keyframes_.begin());
 }
 
 void OdometryLink::Scale(double factor) {
-  for (Tie& tie : ties_) tie.cam_from_reference.translation *= factor;
+  for (Start& start : starts_) start.cam_from_reference.translation *= factor;
   if (unit_) unit_->length *= factor;
   depth_ *= factor;
 }
@@ -144,16 +144,16 @@ std::vector<std::pair<KeyframeId, KeyframeMotion>> OdometryLink::MotionsToKeyfra
 
 std::optional<OdometryPrediction> OdometryLink::Predict(const Frame& frame, const Map& map,
                                                         MapUse use) const {
-  for (const Tie& tie : ties_ | std::views::reverse) {
-    const auto carried = map.ResolveKeyframe(tie.reference);
-    const auto motion = carried ? MotionSince(tie.motion, frame) : std::nullopt;
+  for (const Start& start : starts_ | std::views::reverse) {
+    const auto carried = map.ResolveKeyframe(start.reference);
+    const auto motion = carried ? MotionSince(start.motion, frame) : std::nullopt;
     const double seconds = std::abs(frame.timestamp - seen_at_);
     // Seconds without knowing how far the camera has moved.
     constexpr double kMaxTurning = 1;
     if (!motion || (motion->is_turn && seconds > kMaxTurning) || IsTooLongAgo(frame.timestamp, use))
       continue;
     return OdometryPrediction{
-        {motion->cam_from_cam * tie.cam_from_reference * carried->cam_from_carrier *
+        {motion->cam_from_cam * start.cam_from_reference * carried->cam_from_carrier *
              map.keyframes.At(carried->by).cam_from_world,
          (1 + seconds) * motion->sigma_position, (1 + seconds) * motion->sigma_rotation},
         carried->by,

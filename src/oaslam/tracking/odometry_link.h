@@ -46,9 +46,9 @@ class OdometryLink {
   // Follows a map of which all lengths were multiplied by `factor`.
   void Scale(double factor);
 
-  // The pose by the motion since the newest image whose keyframe is in the map. Nothing where the
-  // motion is not known, or was only a turn for too long, or where a map that is only read was not
-  // seen for too long.
+  // The pose by the motion since the last image whose pose the map gave, or since a later keyframe
+  // once the mapper has added it. Nothing where the motion is not known, or was only a turn for too
+  // long, or where a map that is only read was not seen for too long.
   std::optional<OdometryPrediction> Predict(const Frame& frame, const Map& map, MapUse use) const;
   // The motion from an earlier image; nothing where the odometry has lost its way in between.
   std::optional<MotionInMap> MotionSince(const std::shared_ptr<const FrameMotion>& before,
@@ -78,8 +78,8 @@ class OdometryLink {
     // Begins as a guess that counts as a second of images.
     double spread = 0.03, spread_seconds = 1;
   };
-  // An image with a known place in the map, from which the camera's motion is added up.
-  struct Tie {
+  // An image whose pose relative to a keyframe is known: predictions start from one.
+  struct Start {
     std::shared_ptr<const FrameMotion> motion;
     KeyframeId reference;
     Rigid3 cam_from_reference;
@@ -95,7 +95,7 @@ class OdometryLink {
   std::optional<Unit> unit_;
   // The last image that See took, and keyframes since. Ascending; a keyframe at the end is not in
   // the map as long as the mapper works on it.
-  std::vector<Tie> ties_;
+  std::vector<Start> starts_;
   // Of the newest keyframes, ascending.
   std::vector<std::pair<KeyframeId, std::shared_ptr<const FrameMotion>>> keyframes_;
   double map_began_at_ = -INFINITY;  // time stamp

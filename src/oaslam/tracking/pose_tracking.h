@@ -28,7 +28,9 @@ struct TrackReport {
   PoseCovariance covariance = PoseCovariance::Zero();
   // Standard deviation of the position divided by the median depth of the points.
   double relative_sigma = 0;
-  KeyframeId reference;             // keyframe that shares most landmarks; invalid on failure
+  // The keyframe that shares most landmarks with the frame. Where it failed near a prediction, that
+  // of the prediction; else invalid.
+  KeyframeId reference;
   std::vector<LandmarkId> visible;  // landmarks expected in the frame (TrackLocalMap)
 };
 

@@ -120,8 +120,8 @@ TrackingStep Tracker::Begin(const Frame& frame, const Map& map, const TrackingCo
   tracked.depth = depth;
   auto& following = phase_.emplace<Following>(
       TrackedFrame{frame, keyframe->cam_from_world, second, {}, keyframe->landmarks, landmarks});
-  return {certainty_.Rate(frame, map, tracked, TrackingState::kTracking, link_, context.use,
-                          following.seen_confidence)};
+  return {certainty_.PoseToReport(frame, map, tracked, TrackingState::kTracking, link_, context.use,
+                                  following.best_confidence)};
 }
 
 TrackingStep Tracker::Follow(const Frame& frame, const Map& map, const TrackingContext& context) {
@@ -171,8 +171,8 @@ TrackingStep Tracker::Continue(const Frame& frame, const Map& map, const TrackRe
   const bool is_seen = state != TrackingState::kOdometry;
   const TrackedFrame seen = Placed(frame, map, tracked);
   Following& following = Remember(seen, tracked, state, map);
-  TrackingStep step{
-      certainty_.Rate(frame, map, tracked, state, link_, context.use, following.seen_confidence)};
+  TrackingStep step{certainty_.PoseToReport(frame, map, tracked, state, link_, context.use,
+                                            following.best_confidence)};
   ObserveObjects(seen, map, context, step);
   if (is_seen && context.use != MapUse::kHold) PlaceLostImages(seen, map);
   if (is_seen && context.use == MapUse::kHold)
@@ -183,7 +183,7 @@ TrackingStep Tracker::Continue(const Frame& frame, const Map& map, const TrackRe
       search_.Register(frame, map, TrackedAt(tracked.cam_from_world, tracked.depth),
                        link_.UnitFor(frame));
   } else if (state != TrackingState::kRelocalized && context.use == MapUse::kExtend) {
-    MakeKeyframe(seen, map, tracked, context, step);  // not while in doubt
+    MakeKeyframe(seen, map, tracked, context, step);  // once the next image confirms the place
   }
   return step;
 }
@@ -193,7 +193,7 @@ TrackingStep Tracker::Continue(const Frame& frame, const Map& map, const TrackRe
 TrackingStep Tracker::Carry(const Frame& frame, const Map& map, const OdometryPrediction& predicted,
                             const TrackingContext& context) {
   constexpr double kSeconds = 0.2;  // since the map was seen
-  auto& [last, seen_confidence] = std::get<Following>(phase_);
+  auto& [last, best_confidence] = std::get<Following>(phase_);
   Features features = *frame.features;
   TrackReport carried = CarryByMotion(frame, map, last, predicted, features);
   carried.depth = link_.depth();
@@ -203,7 +203,7 @@ TrackingStep Tracker::Carry(const Frame& frame, const Map& map, const OdometryPr
                                   ? TrackingState::kTracking
                                   : TrackingState::kOdometry;
   TrackingStep step{
-      certainty_.Rate(frame, map, carried, state, link_, context.use, seen_confidence)};
+      certainty_.PoseToReport(frame, map, carried, state, link_, context.use, best_confidence)};
   const TrackedFrame seen = Placed(newest_.frame, map, carried);
   ObserveObjects(seen, map, context, step);
   if (!context.IsMapping()) TakeRest();
@@ -315,8 +315,8 @@ ImagePose Tracker::Present(const Map& map, const TrackingContext& context) {
       std::ranges::count_if(last.landmarks, [](LandmarkId id) { return id.IsValid(); }));
   tracked.depth = map.MedianDepth(reference->by);
   tracked.covariance = last.covariance;
-  return certainty_.Rate(last.frame, map, tracked, TrackingState::kRelocalized, link_, context.use,
-                         following->seen_confidence);
+  return certainty_.PoseToReport(last.frame, map, tracked, TrackingState::kRelocalized, link_,
+                                 context.use, following->best_confidence);
 }
 
 std::string Tracker::why_no_map() const {

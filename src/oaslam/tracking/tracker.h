@@ -13,7 +13,7 @@
 #include "oaslam/mapping/map_command.h"
 #include "oaslam/tracking/image_pose.h"
 #include "oaslam/tracking/initializer.h"
-#include "oaslam/tracking/keyframe_maker.h"
+#include "oaslam/tracking/keyframe_decision.h"
 #include "oaslam/tracking/lost_camera.h"
 #include "oaslam/tracking/object_watch.h"
 #include "oaslam/tracking/odometry_link.h"
@@ -31,8 +31,9 @@ struct Initializing {
 
 // The camera's pose in the map is known.
 struct Following {
-  TrackedFrame last;           // the newest image with a pose and features
-  double seen_confidence = 0;  // PoseCertainty::Rate
+  TrackedFrame last;  // the newest image with a pose and features
+  // The highest confidence of a pose that the map gave since the camera was last lost.
+  double best_confidence = 0;
 };
 
 // The camera is looked for in the map.
@@ -51,8 +52,8 @@ struct TrackingStep {
   ImagePose pose;
   std::optional<MapCommand> command{};   // for the mapper
   std::optional<KeyframeId> keyframe{};  // that the image becomes
-  // The pose in this submap where it may tell how another one lies to it (SubmapLink): where it is
-  // by objects alone, and while another submap grows.
+  // The pose, where it may tell how another submap lies to this one (SubmapLink): by objects alone,
+  // or by the map while another submap grows.
   std::optional<Relocalization> located{};
   double ms_objects = 0;
 };
@@ -165,7 +166,7 @@ class Tracker {
   OdometryLink link_;
   LostCamera search_;
   ObjectWatch objects_;
-  KeyframeMaker keyframes_;
+  KeyframeDecision keyframes_;
   PoseCertainty certainty_;
   FrameView newest_;               // without map, pose and objects
   double usual_spread_ = 0;        // of the landmarks in the image, over the last seconds

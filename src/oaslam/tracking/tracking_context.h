@@ -9,8 +9,8 @@ namespace oaslam {
 // What a tracker may do with its map.
 enum class MapUse {
   kExtend,  // keyframes and objects are added
-  // Another submap grows, which may be joined with this one: no keyframes are added, and images in
-  // which the camera was lost get no pose by its motion.
+  // Another submap grows, which may be joined with this one: the camera is followed, but no
+  // keyframe is added, and the images in which it was lost are not placed afterwards.
   kHold,
   kRead,  // localization alone: nothing is added
 };

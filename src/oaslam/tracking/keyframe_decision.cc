@@ -1,4 +1,4 @@
-#include "oaslam/tracking/keyframe_maker.h"
+#include "oaslam/tracking/keyframe_decision.h"
 
 #include <algorithm>
 #include <cmath>
@@ -41,12 +41,12 @@ KeyframeNeed NeedsKeyframe(const KeyframeEvidence& evidence) {
   return is_time && ratio < kInlierRatio ? KeyframeNeed::kWanted : KeyframeNeed::kNone;
 }
 
-void KeyframeMaker::Watch(const Frame& frame) {
+void KeyframeDecision::Watch(const Frame& frame) {
   if (frame.motion && frame.motion->is_keyframe) view_has_changed_ = true;
 }
 
-KeyframeNeed KeyframeMaker::Need(const Frame& frame, const Map& map, const TrackReport& tracked,
-                                 TrackingState state, const OdometryLink& link) const {
+KeyframeNeed KeyframeDecision::Need(const Frame& frame, const Map& map, const TrackReport& tracked,
+                                    TrackingState state, const OdometryLink& link) const {
   KeyframeEvidence evidence{.seconds_since_keyframe = std::abs(frame.timestamp - newest_at_),
                             .mapper_idle = !newest_.IsValid() || map.keyframes.Contains(newest_) ||
                                            map.retired.Contains(newest_),
@@ -62,7 +62,7 @@ KeyframeNeed KeyframeMaker::Need(const Frame& frame, const Map& map, const Track
   return NeedsKeyframe(evidence);
 }
 
-void KeyframeMaker::Made(KeyframeId id, double timestamp, int inliers) {
+void KeyframeDecision::Made(KeyframeId id, double timestamp, int inliers) {
   newest_ = id;
   newest_at_ = timestamp;
   newest_inliers_ = inliers;

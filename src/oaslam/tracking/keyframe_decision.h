@@ -33,7 +33,7 @@ enum class KeyframeNeed {
 KeyframeNeed NeedsKeyframe(const KeyframeEvidence& evidence);
 
 // Decides which images become keyframes, by what has changed since the newest one.
-class KeyframeMaker {
+class KeyframeDecision {
  public:
   // Takes note of the newest image's motion.
   void Watch(const Frame& frame);
@@ -42,8 +42,6 @@ class KeyframeMaker {
                     TrackingState state, const OdometryLink& link) const;
   // An image has become a keyframe, with so many landmarks.
   void Made(KeyframeId id, double timestamp, int inliers);
-
-  KeyframeId newest() const { return newest_; }
 
  private:
   KeyframeId newest_;
