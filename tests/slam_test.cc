@@ -82,6 +82,7 @@ TEST(Slam, AMapIsUsedAgainWithALateDetectorAndItsAnchors) {
   EXPECT_LT((*seen_at - pixel).norm(), 2);
   EXPECT_THAT(second.PlaceAnchor({.model = "flag", .pixel = Eigen::Vector2d(320, 2000)}).why_not,
               HasSubstr("not in the image"));
+  EXPECT_TRUE(second.RemoveAnchor("middle").IsDone());
   EXPECT_TRUE(second.RemoveAnchor("sign").IsDone());
   EXPECT_FALSE(second.RemoveAnchor("sign").IsDone());
   EXPECT_THAT(second.Anchors(), IsEmpty());

@@ -68,12 +68,6 @@ py::array Observations(const MapSnapshot& map,
       of);
 }
 
-// An id, or its number as arrays have it.
-template <typename Id>
-auto FindById(const MapSnapshot& map, const std::variant<Id, uint32_t>& id) {
-  return std::visit([&](const auto& i) { return map.Find(Id(i)); }, id);
-}
-
 // The bytes of all descriptors of a keyframe, a row each.
 py::array_t<uint8_t> Descriptors(const MapSnapshot& map, KeyframeId keyframe) {
   const auto descriptors = map.Descriptors(keyframe);
@@ -162,9 +156,15 @@ void AddMap(py::module_& m) {
       .def(
           "objects", [](const MapSnapshot& map) { return map.Objects().ToVector(); }, WithoutGil(),
           doc::MapSnapshot_Objects)
-      .def("find_keyframe", &FindById<KeyframeId>, py::arg("id"), doc::MapSnapshot_Find)
-      .def("find_landmark", &FindById<LandmarkId>, py::arg("id"), doc::MapSnapshot_Find)
-      .def("find_object", &FindById<ObjectId>, py::arg("id"), doc::MapSnapshot_Find)
+      .def(
+          "find_keyframe", [](const MapSnapshot& map, KeyframeId id) { return map.Find(id); },
+          py::arg("id"), doc::MapSnapshot_Find)
+      .def(
+          "find_landmark", [](const MapSnapshot& map, LandmarkId id) { return map.Find(id); },
+          py::arg("id"), doc::MapSnapshot_Find)
+      .def(
+          "find_object", [](const MapSnapshot& map, ObjectId id) { return map.Find(id); },
+          py::arg("id"), doc::MapSnapshot_Find)
       .def(
           "observations", &Observations, py::arg("of"),
           "The landmarks that a keyframe sees, or the keyframes that see a landmark: keyframe, "

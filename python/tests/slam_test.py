@@ -36,7 +36,7 @@ def test_map(desk):
     assert descriptors.shape[1] == 32 and descriptors.dtype == numpy.uint8 and seen["keypoint"].max() < len(descriptors)
     first = oaslam.LandmarkId(landmarks["id"][0])
     assert len(map.observations(first)) == map.find_landmark(first).observations == landmarks["observations"][0]
-    assert map.find_landmark(10**9) is None and map.find_keyframe(keyframes["id"][0]).frame == keyframes["frame"][0]
+    assert map.find_landmark(oaslam.LandmarkId(10**9)) is None and map.find_keyframe(oaslam.KeyframeId(keyframes["id"][0])).frame == keyframes["frame"][0]
     thing = map.objects()[0]
     boxes = map.observations(thing.id)
     assert 0 < len(boxes) <= thing.observations and set(boxes["keyframe"]) <= {-1, *keyframes["id"]} and boxes["keyframe"].max() >= 0 and (boxes["score"] > 0).all()

@@ -1,7 +1,6 @@
-#include "oaslam/camera.h"
-
 #include <cmath>
 
+#include "oaslam/camera.h"
 #include "oaslam/geometry/camera_model.h"
 
 namespace oaslam {
