@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -13,6 +12,7 @@
 #include "oaslam/formats/colmap_model.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/geometry/camera_check.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 
@@ -35,23 +35,6 @@ Camera CameraFromFieldOfView(const std::string& spec, const cv::Size& image_size
   camera.is_guess = true;
   camera.name = spec;
   return camera;
-}
-
-void CheckRange(const std::string& path, const char* key, double value, double min, double max) {
-  if (!(value >= min && value <= max))
-    throw BadInput("{}: {}: {}, allowed: {:.6g} to {:.6g}", path, key, value, min, max);
-}
-
-void CheckFocalLength(const std::string& path, const char* key, double value, double longest) {
-  // Of millimetres, and of a share of the width.
-  constexpr double kMostMillimetres = 25;
-  if (value > 0 && value < std::min(kMostMillimetres, 0.04 * longest))
-    throw BadInput("{}: {}: {}, expected pixels; {}", path, key, value,
-                   value < 5 ? "a share of the image's width is to be multiplied by the width, "
-                               "millimetres by width / width of the sensor"
-                             : "millimetres are to be multiplied by width / width of the sensor");
-  // Fields of view from 170 degrees down to about half a degree.
-  CheckRange(path, key, value, 0.04 * longest, 100 * longest);
 }
 
 // Calibrations of other images, whose size was changed by hand, have their principal point aside.
@@ -104,16 +87,8 @@ Camera ReadCameraFile(const std::string& path, const cv::Size& image_size) {
 }  // namespace
 
 void CheckCalibration(const Camera& camera, const std::string& path) {
-  const double longest = std::max(camera.width, camera.height);
-  // From a thumbnail to the largest panorama.
-  CheckRange(path, "image width", camera.width, 16, 100000);
-  CheckRange(path, "image height", camera.height, 16, 100000);
-  CheckFocalLength(path, "focal length fx", camera.fx, longest);
-  CheckFocalLength(path, "focal length fy", camera.fy, longest);
-  CheckRange(path, "principal point cx", camera.cx, 0, camera.width);
-  CheckRange(path, "principal point cy", camera.cy, 0, camera.height);
-  // Those of narrow lenses are large, since they are of high powers of small radii.
-  for (const double k : camera.distortion) CheckRange(path, "distortion coefficient", k, -100, 100);
+  const std::string problem = ProblemOf(camera);
+  if (!problem.empty()) throw InputError(path + ": " + problem);
 }
 
 Camera LoadCamera(const std::string& spec, const cv::Size& image_size) {
