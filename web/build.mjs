@@ -1,9 +1,12 @@
-// Bundles src/ and the packages that it uses into dist/: each page is one document without references.   node build.mjs [--check]
+// Bundles src/ and the packages that it uses into dist/: each page is one document without references; the odometry is an ES module
+// with its types, beside what tools/build_odometry_wasm makes.   node build.mjs [--check]
 // A bundle states the hash of its sources; --check, which needs no packages, tells whether it is the hash of those that are here.
+import { spawnSync } from "node:child_process";
 import { createHash } from "node:crypto";
 import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { dirname, join, relative } from "node:path";
 import { fileURLToPath } from "node:url";
+import { isModuleOfSources } from "./odometry_module.mjs";
 
 const root = dirname(fileURLToPath(import.meta.url));
 // `folder` has the page's page.html, main.jsx and style.css.
@@ -11,6 +14,7 @@ const PAGES = [
   { what: "viewer", folder: join(root, "src"), bundle: join(root, "dist", "index.html") },
   { what: "page for phones", folder: join(root, "src", "camera"), bundle: join(root, "dist", "camera.html") },
 ];
+const ODOMETRY = { source: join(root, "src", "odometry", "oaslam_odometry.js"), bundle: join(root, "dist", "oaslam_odometry.js") };
 
 // Packages that are part of the pages; their licences ask for a notice.
 const PACKAGES = { three: "three.js (https://threejs.org)", preact: "Preact (https://preactjs.com)" };
@@ -45,14 +49,29 @@ async function build({ what, folder, bundle }) {
   console.log(`${relative(process.cwd(), bundle)}: ${(page.length / 1024).toFixed(0)} KB`);
 }
 
-function check({ bundle }) {
-  const stated = readFileSync(bundle, "latin1").match(/^sources ([0-9a-f]{64})$/m)?.[1];
-  if (stated === hashOfSources()) return;
-  console.error(`${relative(root, bundle)} was not made of these sources: run tools/build_web and commit it`);
+async function buildOdometry() {
+  const { build: esbuild } = await import("esbuild");
+  const banner = { js: `/*\nsources ${hashOfSources()}\n\nOA-SLAM's visual odometry: Apache-2.0.\n*/` };
+  await esbuild({ bundle: true, minify: true, charset: "ascii", format: "esm", target: "es2022", logLevel: "warning", banner, entryPoints: [ODOMETRY.source], outfile: ODOMETRY.bundle });
+  const types = ["--declaration", "--emitDeclarationOnly", "--allowJs", "--target", "es2022", "--lib", "es2023,dom", "--types", "", "--ignoreConfig", "--outDir", dirname(ODOMETRY.bundle)];
+  const { status } = spawnSync(process.execPath, [join(root, "node_modules", "typescript", "bin", "tsc"), ...types, ODOMETRY.source], { stdio: "inherit" });
+  if (status !== 0) throw new Error("no types of the odometry");
+}
+
+function fail(bundle, tool) {
+  console.error(`${relative(root, bundle)} was not made of these sources: run ${tool} and commit it`);
   process.exit(1);
 }
 
-for (const page of PAGES) {
-  if (process.argv.includes("--check")) check(page);
-  else await build(page);
+function check({ bundle }) {
+  const stated = readFileSync(bundle, "latin1").match(/^sources ([0-9a-f]{64})$/m)?.[1];
+  if (stated !== hashOfSources()) fail(bundle, "tools/build_web");
+}
+
+if (process.argv.includes("--check")) {
+  for (const bundle of [...PAGES, ODOMETRY]) check(bundle);
+  if (!isModuleOfSources()) fail(ODOMETRY.bundle.replace(/js$/, "wasm"), "tools/build_odometry_wasm");
+} else {
+  for (const page of PAGES) await build(page);
+  await buildOdometry();
 }

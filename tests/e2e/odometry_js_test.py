@@ -1,0 +1,59 @@
+"""The odometry for browsers (web/dist/oaslam_odometry.js, docs/odometry-js.md) tells of the same images what the native one tells."""
+import json
+import math
+import os
+import platform
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from harness import SAMPLE, InFolder, groundtruth, must_run, read_tum
+
+SOURCE = os.environ["OASLAM_SOURCE_DIR"]
+HERE = os.path.join(SOURCE, "tests", "e2e")
+VIDEO, CAMERA = f"{SAMPLE}/map_front/video.mp4", f"{SAMPLE}/map_front/camera.yaml"
+OF_MODULE = {"width": 640, "height": 480, "fx": 525, "fy": 525, "cx": 319.5, "cy": 239.5}
+# Of the sums of doubles only the program for x86-64 has the order of the module. The sines of the C libraries differ in their last bits everywhere.
+IS_SAME_ORDER = platform.machine() == "x86_64"
+
+pytestmark = pytest.mark.skipif(not shutil.which("node"), reason="there is no node")
+
+
+class TestModule(InFolder):
+    def both(self, samples):
+        """What odometry_module.mjs says, with the samples (time, x, y, z) of a gyroscope given to both."""
+        np.asarray(samples, float).tofile(self.path("samples"))
+        subprocess.run([os.environ["OASLAM_ODOMETRY_ESTIMATES"], VIDEO, CAMERA, self.path("samples"), self.folder], check=True)
+        done = subprocess.run(["node", os.path.join(HERE, "odometry_module.mjs"), os.path.join(SOURCE, "web", "dist", "oaslam_odometry.js"), json.dumps(OF_MODULE),
+                               self.path("samples"), self.folder], capture_output=True, text=True, timeout=300)
+        assert (done.returncode, done.stderr) == (0, "")
+        print(done.stdout)
+        return json.loads(done.stdout)
+
+    def check(self, result):
+        assert result["images"] == 450
+        if IS_SAME_ORDER:
+            assert set(result["first"]) <= {"rotation", "translation", "covariance"}, result
+        assert result["px"] <= (0 if IS_SAME_ORDER else 0.1), result
+        assert result["position"] < 1e-6 and result["rotation"] < 1e-6, result
+
+    def test_it_tells_what_the_command_writes(self):
+        self.check(self.both([]))
+        must_run("odometry", VIDEO, "--camera", CAMERA, "--out", self.path("command.txt"))
+        ours, native = read_tum(self.path("trajectory.txt")), read_tum(self.path("command.txt"))
+        assert len(ours) == len(native) == 450
+        for (t, p, q), (t_native, p_native, q_native) in zip(ours, native):
+            assert abs(t - t_native) < 1e-6 and math.dist(p, p_native) < 2e-6
+            assert min(math.dist(q, q_native), math.dist(q, [-x for x in q_native])) < 2e-6
+
+    def test_a_gyroscope(self):
+        imu = self.path("imu.csv")
+        subprocess.run([sys.executable, os.path.join(SOURCE, "tools", "simulated_gyroscope"), groundtruth("map_front"), imu, "--offset", "0.03"], check=True)
+        samples = np.loadtxt(imu, delimiter=",")[:, :4]
+        samples[:, 0] *= 1e-9
+        without = read_tum(self.path("trajectory.txt"))
+        self.check(self.both(samples))
+        assert read_tum(self.path("trajectory.txt"))[-1] != without[-1]

@@ -1,0 +1,18 @@
+#include <fmt/format.h>
+
+#include <string>
+
+#include "oaslam/util/check.h"
+
+// Throws an exception of JavaScript, which passes through this code.
+__attribute__((import_module("oaslam"), import_name("fail"))) extern "C" [[noreturn]] void
+OaslamFail(const char* text);
+
+namespace oaslam {
+
+// Instead of that in util/check.cc: without the exceptions of C++ the module is smaller and faster.
+void CheckFailed(const char* condition, const char* file, int line) {
+  OaslamFail(fmt::format("{}:{}: broken invariant: {}", file, line, condition).c_str());
+}
+
+}  // namespace oaslam

@@ -1,0 +1,147 @@
+#include "odometry_js.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "oaslam/geometry/angular_velocity_check.h"
+#include "oaslam/geometry/camera_check.h"
+#include "oaslam/geometry/camera_model.h"
+#include "oaslam/odometry/odometry.h"
+
+struct OaslamOdometry {
+  oaslam::Camera camera;
+  std::string problem;
+  std::unique_ptr<oaslam::Odometry> odometry;
+  std::vector<uint8_t> grey, rgba;
+  std::vector<double> samples;  // time, x, y, z each
+  std::vector<oaslam::AngularVelocity> angular_velocity;
+  std::optional<double> last_s;
+  OaslamEstimate estimate{};
+  std::vector<float> points;
+};
+
+namespace oaslam {
+namespace {
+
+// The image must be larger than what its pyramid mirrors at each edge.
+std::string SizeProblem(const Camera& camera) {
+  int width = camera.width, height = camera.height;
+  for (; width > OdometryOptions().max_width; width = (width + 1) / 2) height = (height + 1) / 2;
+  constexpr int kMost = 2 * GreyPyramid::kBorder;
+  if (std::min(width, height) > kMost) return "";
+  return fmt::format("images of {} x {} are too small: tracked at {} x {}, more than {} asked",
+                     camera.width, camera.height, width, height, kMost);
+}
+
+// The weights of BT.601, in 1 / 32768.
+void ToGrey(const std::vector<uint8_t>& rgba, std::vector<uint8_t>& grey) {
+  for (size_t i = 0; i < grey.size(); ++i) {
+    const uint8_t* p = rgba.data() + 4 * i;
+    grey[i] = static_cast<uint8_t>((9798 * p[0] + 19235 * p[1] + 3735 * p[2] + 16384) >> 15);
+  }
+}
+
+// What is wrong with the input to `process`; an empty text where nothing is.
+std::string InputProblem(const OaslamOdometry& o, double time_s) {
+  if (!std::isfinite(time_s)) return "time stamp: must be finite";
+  if (o.last_s && !(time_s > *o.last_s))
+    return fmt::format("time stamp {:.6f} is not after the one before, {:.6f}", time_s, *o.last_s);
+  const double* last = nullptr;
+  for (const AngularVelocity& sample : o.angular_velocity) {
+    std::string problem = ProblemOf(sample, last);
+    if (!problem.empty()) return problem;
+    last = &sample.timestamp;
+  }
+  return "";
+}
+
+void SetEstimate(const OdometryEstimate& from, OaslamEstimate& to) {
+  const Rigid3& pose = from.cam_from_odom;
+  Eigen::Map<Eigen::Vector4d>(to.rotation) = pose.rotation.coeffs();
+  Eigen::Map<Eigen::Vector3d>(to.translation) = pose.translation;
+  Eigen::Map<PoseCovariance>(to.covariance) = from.covariance;
+  to.state = static_cast<int32_t>(from.state);
+  to.run = from.run;
+  to.image = from.image;
+  to.is_keyframe = from.is_keyframe;
+  to.tracked = from.tracked;
+  to.inliers = from.inliers;
+}
+
+void SetPoints(OaslamOdometry& o) {
+  o.points.clear();
+  for (const OdometryDepth& depth : o.odometry->Depths()) {
+    const Eigen::Vector2d px =
+        Distort(o.camera, ProjectIdeal(o.camera, depth.ray.homogeneous().eval()));
+    for (const double value : {px.x(), px.y(), depth.inverse_depth})
+      o.points.push_back(static_cast<float>(value));
+  }
+  o.estimate.points = static_cast<int32_t>(o.points.size() / 3);
+}
+
+}  // namespace
+}  // namespace oaslam
+
+OaslamOdometry* oaslam_odometry_new(int is_fisheye, int width, int height, double fx, double fy,
+                                    double cx, double cy, double k1, double k2, double k3,
+                                    double k4, double k5, double seed) {
+  auto* o = new OaslamOdometry;
+  o->camera = {.model = is_fisheye ? oaslam::LensModel::kFisheye : oaslam::LensModel::kPinhole,
+               .width = width,
+               .height = height,
+               .fx = fx,
+               .fy = fy,
+               .cx = cx,
+               .cy = cy,
+               .distortion = {k1, k2, k3, k4, k5}};
+  o->problem = oaslam::ProblemOf(o->camera);
+  if (o->problem.empty()) o->problem = oaslam::SizeProblem(o->camera);
+  if (!o->problem.empty()) return o;
+  o->odometry = std::make_unique<oaslam::Odometry>(o->camera, oaslam::OdometryOptions{},
+                                                   static_cast<uint64_t>(seed));
+  o->grey.resize(static_cast<size_t>(width) * height);
+  return o;
+}
+
+const char* oaslam_odometry_problem(const OaslamOdometry* o) { return o->problem.c_str(); }
+
+uint8_t* oaslam_odometry_image(OaslamOdometry* o) { return o->grey.data(); }
+
+uint8_t* oaslam_odometry_rgba(OaslamOdometry* o) {
+  o->rgba.resize(4 * o->grey.size());
+  return o->rgba.data();
+}
+
+double* oaslam_odometry_samples(OaslamOdometry* o, int count) {
+  o->samples.resize(4 * static_cast<size_t>(count));
+  return o->samples.data();
+}
+
+const OaslamEstimate* oaslam_odometry_process(OaslamOdometry* o, double time_s, int is_rgba,
+                                              int samples) {
+  o->angular_velocity.clear();
+  for (int i = 0; i < samples; ++i) {
+    const double* s = o->samples.data() + 4 * static_cast<size_t>(i);
+    o->angular_velocity.push_back({s[0], {s[1], s[2], s[3]}});
+  }
+  o->problem = oaslam::InputProblem(*o, time_s);
+  if (!o->problem.empty()) return nullptr;
+  o->last_s = time_s;
+  if (is_rgba) oaslam::ToGrey(o->rgba, o->grey);
+  oaslam::SetEstimate(
+      o->odometry->Process({o->grey.data(), o->camera.width, o->camera.width, o->camera.height},
+                           time_s, o->angular_velocity),
+      o->estimate);
+  oaslam::SetPoints(*o);
+  return &o->estimate;
+}
+
+const float* oaslam_odometry_points(const OaslamOdometry* o) { return o->points.data(); }
+
+void oaslam_odometry_delete(OaslamOdometry* o) { delete o; }

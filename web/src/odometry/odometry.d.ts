@@ -1,0 +1,104 @@
+export type Camera = {
+    /**
+     * pixels
+     */
+    width: number;
+    /**
+     * pixels
+     */
+    height: number;
+    /**
+     * pixels
+     */
+    fx: number;
+    /**
+     * pixels
+     */
+    fy: number;
+    /**
+     * pixels
+     */
+    cx: number;
+    /**
+     * pixels
+     */
+    cy: number;
+    /**
+     * pinhole where it is left out
+     */
+    model?: "pinhole" | "fisheye";
+    /**
+     * pinhole: k1 k2 p1 p2 k3, fisheye: k1 k2 k3 k4; zeros where they are left out
+     */
+    distortion?: number[];
+};
+export type State = "preliminary" | "tracking" | "uncertain" | "blind";
+export type Pose = {
+    /**
+     * a unit quaternion: x, y, z, w
+     */
+    rotation: Float64Array;
+    /**
+     * in the odometry's unit
+     */
+    translation: Float64Array;
+};
+export type Estimate = {
+    state: State;
+    /**
+     * counts the interruptions: nothing is known of how poses of different runs lie to each other
+     */
+    run: number;
+    /**
+     * counted since the run began
+     */
+    image: number;
+    /**
+     * null where the state is blind
+     */
+    camFromOdom: Pose | null;
+    /**
+     * 6 x 6, of a small motion of the camera (translation, rotation vector in rad; its axes); zeros while the state is preliminary
+     */
+    covariance: Float64Array;
+    /**
+     * x and y in pixels and inverse depth, of each point in the image whose depth is known to a third
+     */
+    points: Float32Array;
+    keyframe: boolean;
+    /**
+     * points that were followed into the image
+     */
+    tracked: number;
+    /**
+     * of them, those that agree with the pose
+     */
+    inliers: number;
+};
+export declare class Odometry {
+    #private;
+    /**
+     * Loads the module, once for all, and begins. Rejects with an Error that names key, value and bound of a camera that is refused.
+     * @param {object} options
+     * @param {Camera} options.camera
+     * @param {number} [options.seed] of the random samples: a whole number
+     * @param {URL | string | WebAssembly.Module} [options.wasm] by default oaslam_odometry.wasm beside this file
+     * @returns {Promise<Odometry>}
+     */
+    static create({ camera, seed, wasm }: {
+        camera: Camera;
+        seed?: number;
+        wasm?: URL | string | WebAssembly.Module;
+    }): Promise<Odometry>;
+    /**
+     * The pose of the next image. Throws an Error for an image of another size and a time stamp that is not after the one before, which change nothing.
+     * @param {Uint8Array | Uint8ClampedArray | ImageData} image width * height grey bytes, or an ImageData of that size
+     * @param {number} timeSeconds of the exposure; ascends
+     * @param {Iterable<ArrayLike<number>>} [gyroscope] its samples, which ascend: time in seconds, and rad/s about the camera's x, y and z.
+     *   Those that an earlier image had already are ignored. Best are all up to a quarter of a second after the image.
+     * @returns {Estimate}
+     */
+    process(image: Uint8Array | Uint8ClampedArray | ImageData, timeSeconds: number, gyroscope?: Iterable<ArrayLike<number>>): Estimate;
+    /** Frees the memory. The last estimate must not be read any more; a second call does nothing. */
+    delete(): void;
+}
