@@ -23,29 +23,35 @@ pytestmark = pytest.mark.skipif(not shutil.which("node"), reason="there is no no
 
 
 class TestModule(InFolder):
-    def both(self, samples):
-        """What odometry_module.mjs says, with the samples (time, x, y, z) of a gyroscope given to both."""
-        np.asarray(samples, float).tofile(self.path("samples"))
-        subprocess.run([os.environ["OASLAM_ODOMETRY_ESTIMATES"], VIDEO, CAMERA, self.path("samples"), self.folder], check=True)
+    @classmethod
+    def prepare(cls):
+        cls.result, cls.trajectory = cls.both([])
+
+    @classmethod
+    def both(cls, samples):
+        """What odometry_module.mjs says, with the samples (time, x, y, z) of a gyroscope given to both, and the module's trajectory."""
+        np.asarray(samples, float).tofile(cls.path("samples"))
+        subprocess.run([os.environ["OASLAM_ODOMETRY_ESTIMATES"], VIDEO, CAMERA, cls.path("samples"), cls.folder], check=True)
         done = subprocess.run(["node", os.path.join(HERE, "odometry_module.mjs"), os.path.join(SOURCE, "web", "dist", "oaslam_odometry.js"), json.dumps(OF_MODULE),
-                               self.path("samples"), self.folder], capture_output=True, text=True, timeout=300)
+                               cls.path("samples"), cls.folder], capture_output=True, text=True, timeout=300)
         assert (done.returncode, done.stderr) == (0, "")
         print(done.stdout)
-        return json.loads(done.stdout)
+        return json.loads(done.stdout), read_tum(cls.path("trajectory.txt"))
 
     def check(self, result):
         assert result["images"] == 450
         if IS_SAME_ORDER:
-            assert set(result["first"]) <= {"rotation", "translation", "covariance"}, result
+            assert set(result["first"]) <= {"rotation", "translation", "covariance", "points"}, result
         assert result["px"] <= (0 if IS_SAME_ORDER else 0.1), result
+        assert result["inverse_depth"] < (1e-6 if IS_SAME_ORDER else 1e-3), result
         assert result["position"] < 1e-6 and result["rotation"] < 1e-6, result
 
     def test_it_tells_what_the_command_writes(self):
-        self.check(self.both([]))
+        self.check(self.result)
         must_run("odometry", VIDEO, "--camera", CAMERA, "--out", self.path("command.txt"))
-        ours, native = read_tum(self.path("trajectory.txt")), read_tum(self.path("command.txt"))
-        assert len(ours) == len(native) == 450
-        for (t, p, q), (t_native, p_native, q_native) in zip(ours, native):
+        native = read_tum(self.path("command.txt"))
+        assert len(self.trajectory) == len(native) == 450
+        for (t, p, q), (t_native, p_native, q_native) in zip(self.trajectory, native):
             assert abs(t - t_native) < 1e-6 and math.dist(p, p_native) < 2e-6
             assert min(math.dist(q, q_native), math.dist(q, [-x for x in q_native])) < 2e-6
 
@@ -54,6 +60,6 @@ class TestModule(InFolder):
         subprocess.run([sys.executable, os.path.join(SOURCE, "tools", "simulated_gyroscope"), groundtruth("map_front"), imu, "--offset", "0.03"], check=True)
         samples = np.loadtxt(imu, delimiter=",")[:, :4]
         samples[:, 0] *= 1e-9
-        without = read_tum(self.path("trajectory.txt"))
-        self.check(self.both(samples))
-        assert read_tum(self.path("trajectory.txt"))[-1] != without[-1]
+        result, trajectory = self.both(samples)
+        self.check(result)
+        assert trajectory[-1] != self.trajectory[-1]

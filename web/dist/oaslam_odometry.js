@@ -1,5 +1,5 @@
 /*
-sources ec0357396a7820e6b74254e71b08281b1655ec8ac35b1cb0690774357b84db62
+sources ba8a3ee8083d8f79ea0c03ef098b8813583c34678715a68534c1d147f1356aaa
 
 OA-SLAM's visual odometry: Apache-2.0.
 */
