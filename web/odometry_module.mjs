@@ -1,7 +1,7 @@
 // Whether the committed module of the odometry was made of the sources that are here. Beside it is the list of its sources with
 // two hashes: of the module, and of those.   node odometry_module.mjs MODULE < paths: commits a module with its list
 import { createHash } from "node:crypto";
-import { copyFileSync, readFileSync, statSync, writeFileSync } from "node:fs";
+import { readFileSync, statSync, writeFileSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { gzipSync } from "node:zlib";
@@ -31,7 +31,7 @@ export function isModuleOfSources() {
 
 if (process.argv[1] === fileURLToPath(import.meta.url)) {
   const paths = readFileSync(0, "utf8").split("\n").filter(Boolean);
-  copyFileSync(process.argv[2], MODULE);
+  writeFileSync(MODULE, readFileSync(process.argv[2]));
   writeFileSync(LIST, listOf(paths));
   console.log(`web/dist/oaslam_odometry.wasm: ${(statSync(MODULE).size / 1024).toFixed(0)} KB, compressed ${(gzipSync(readFileSync(MODULE), { level: 9 }).length / 1024).toFixed(0)} KB`);
 }
