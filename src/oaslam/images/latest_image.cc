@@ -12,6 +12,58 @@
 #include "oaslam/util/log.h"
 
 namespace oaslam {
+namespace {
+
+// Leaves out what cannot be read, and plays a recording at the speed of its time stamps.
+class PlayedSource : public ImageSource {
+ public:
+  PlayedSource(std::unique_ptr<ImageSource> source, bool is_recording)
+      : source_(std::move(source)), is_recording_(is_recording) {}
+
+  std::optional<InputImage> Next() override {
+    std::optional<InputImage> image = source_->Next();
+    for (; image && image->image.empty(); image = source_->Next())
+      Log(LogLevel::kWarning, "{}: cannot be read, left out", image->name);
+    if (image && is_recording_) WaitUntilItIsTime(*image);
+    return image;
+  }
+  int size() const override { return source_->size(); }
+  void Stop() override {
+    {
+      const std::lock_guard lock(mutex_);
+      is_stopped_ = true;
+    }
+    changed_.notify_all();
+    source_->Stop();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void WaitUntilItIsTime(InputImage& image) {
+    if (!begun_) begun_ = {Clock::now(), image.timestamp};
+    const std::chrono::duration<double> since_first(image.timestamp - begun_->second);
+    auto time = begun_->first + std::chrono::duration_cast<Clock::duration>(since_first);
+    constexpr std::chrono::seconds kLongestWait(2);  // a longer gap in a recording shows nothing
+    if (const auto latest = Clock::now() + kLongestWait; time > latest) {
+      begun_->first -= time - latest;
+      time = latest;
+    }
+    std::unique_lock lock(mutex_);
+    changed_.wait_until(lock, time, [this] { return is_stopped_; });
+    image.taken_s = std::chrono::duration<double>(time.time_since_epoch()).count();
+  }
+
+  std::unique_ptr<ImageSource> source_;
+  bool is_recording_;
+  // When the first image was returned, and its time stamp.
+  std::optional<std::pair<Clock::time_point, double>> begun_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool is_stopped_ = false;  // guarded by the mutex
+};
+
+}  // namespace
 
 class OASLAM_LOCAL LatestImageSource::Impl {
  public:
@@ -100,54 +152,6 @@ std::optional<InputImage> LatestImageSource::Next() { return impl_->Next(); }
 int LatestImageSource::size() const { return impl_->size(); }
 void LatestImageSource::Stop() { impl_->Stop(); }
 int LatestImageSource::dropped() const { return impl_->dropped(); }
-
-namespace {
-
-// Leaves out what cannot be read, and plays a recording at the speed of its time stamps.
-class PlayedSource : public ImageSource {
- public:
-  PlayedSource(std::unique_ptr<ImageSource> source, bool is_recording)
-      : source_(std::move(source)), is_recording_(is_recording) {}
-
-  std::optional<InputImage> Next() override {
-    std::optional<InputImage> image = source_->Next();
-    for (; image && image->image.empty(); image = source_->Next())
-      Log(LogLevel::kWarning, "{}: cannot be read, left out", image->name);
-    if (image && is_recording_) WaitUntilItIsTime(*image);
-    return image;
-  }
-  int size() const override { return source_->size(); }
-  void Stop() override {
-    {
-      const std::lock_guard lock(mutex_);
-      is_stopped_ = true;
-    }
-    changed_.notify_all();
-    source_->Stop();
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-
-  void WaitUntilItIsTime(InputImage& image) {
-    if (!begun_) begun_ = {Clock::now(), image.timestamp};
-    const std::chrono::duration<double> since_first(image.timestamp - begun_->second);
-    const auto time = begun_->first + std::chrono::duration_cast<Clock::duration>(since_first);
-    std::unique_lock lock(mutex_);
-    changed_.wait_until(lock, time, [this] { return is_stopped_; });
-    image.taken_s = std::chrono::duration<double>(time.time_since_epoch()).count();
-  }
-
-  std::unique_ptr<ImageSource> source_;
-  bool is_recording_;
-  // When the first image was returned, and its time stamp.
-  std::optional<std::pair<Clock::time_point, double>> begun_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  bool is_stopped_ = false;  // guarded by the mutex
-};
-
-}  // namespace
 
 std::unique_ptr<LatestImageSource> OpenCamera(const std::string& source,
                                               const ImageSourceOptions& options) {

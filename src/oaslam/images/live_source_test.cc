@@ -245,5 +245,16 @@ TEST(OpenCamera, PlaysARecordingAtItsOwnSpeedWithoutWhatCannotBeRead) {
   EXPECT_GE(taken.count(), 4 / kRate);
 }
 
+// Two days in one recording are not waited for.
+TEST(OpenCamera, PassesOverALongGap) {
+  const TempFolder folder;
+  for (const char* name : {"a.pgm", "b.pgm", "c.pgm", "d.pgm"}) folder.Write(name, Pgm(1));
+  folder.Write("list.txt", "0 a.pgm\n0.1 b.pgm\n0.2 c.pgm\n86400 d.pgm\n");
+  const auto source = OpenCamera(folder / "list.txt");
+  std::string last;
+  while (const auto image = source->Next()) last = image->name;
+  EXPECT_EQ(last, "d.pgm");
+}
+
 }  // namespace
 }  // namespace oaslam

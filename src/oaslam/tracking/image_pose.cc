@@ -7,6 +7,31 @@
 #include "oaslam/tracking/odometry_link.h"
 
 namespace oaslam {
+namespace {
+
+// Standard deviations of the place of landmarks in view, for each link of a chain of views
+// (MapDrift): as a share of the depth, half of how far the film's scales of single images are off
+// (OdometryLink::spread), and in radians. The first views of a map count as a quarter of a link.
+// Fitted on eleven films (docs/lab/uncertainty.md).
+constexpr double kOfSpread = 0.5, kMostSpread = 0.3, kTurnOfLink = 0.0025, kLeastLinks = 0.25;
+
+// A pose is uncertain where its position may be off by more than this share of the depth.
+constexpr double kFar = 0.1;
+
+// The probability that a position is off by less than a tenth of the depth (Maxwell's
+// distribution).
+double ProbablyNear(double sigma_of_depth) {
+  constexpr double kNear = 0.1;
+  const double x = kNear / std::max(sigma_of_depth, 1e-9);
+  return std::erf(x / std::numbers::sqrt2) -
+         std::sqrt(2 / std::numbers::pi) * x * std::exp(-x * x / 2);
+}
+
+// The probability that a pose near where the motion led is right, by the landmarks that agree; a
+// logistic curve fitted to hypotheses of relocalization.
+double ConfidenceOfTracked(int inliers) { return 1 / (1 + std::pow(inliers / 16.0 + 1e-9, -3.7)); }
+
+}  // namespace
 
 ImagePose PoseWithoutLandmarks(PoseSource source, const ExpectedPose& pose, double confidence) {
   return {.state = TrackingState::kObjects,
@@ -34,32 +59,6 @@ Relocalization TrackedAt(const Rigid3& cam_from_world, double depth) {
   tracked.covariance.diagonal().head<3>().setConstant(sigma * sigma / 3);
   return tracked;
 }
-
-namespace {
-
-// Standard deviations of the place of landmarks in view, for each link of a chain of views
-// (MapDrift): as a share of the depth, half of how far the film's scales of single images are off
-// (OdometryLink::spread), and in radians. The first views of a map count as a quarter of a link.
-// Fitted on eleven films (docs/lab/uncertainty.md).
-constexpr double kOfSpread = 0.5, kMostSpread = 0.3, kTurnOfLink = 0.0025, kLeastLinks = 0.25;
-
-// A pose is uncertain where its position may be off by more than this share of the depth.
-constexpr double kFar = 0.1;
-
-// The probability that a position is off by less than a tenth of the depth (Maxwell's
-// distribution).
-double ProbablyNear(double sigma_of_depth) {
-  constexpr double kNear = 0.1;
-  const double x = kNear / std::max(sigma_of_depth, 1e-9);
-  return std::erf(x / std::numbers::sqrt2) -
-         std::sqrt(2 / std::numbers::pi) * x * std::exp(-x * x / 2);
-}
-
-// The probability that a pose near where the motion led is right, by the landmarks that agree; a
-// logistic curve fitted to hypotheses of relocalization.
-double ConfidenceOfTracked(int inliers) { return 1 / (1 + std::pow(inliers / 16.0 + 1e-9, -3.7)); }
-
-}  // namespace
 
 ImagePose PoseCertainty::PoseToReport(const Frame& frame, const Map& map,
                                       const TrackReport& tracked, TrackingState state,

@@ -47,6 +47,30 @@ void Revise(const FrameMotion& newest, Frame& frame) {
   frame.motion = std::move(motion);
 }
 
+// The pose of an image before the map, in the frame of the odometry as it is known with image
+// `now`: between the images before and after it whose poses were corrected, or as it was given
+// relative to the nearest of them.
+Rigid3 CorrectedPose(const FrameMotion& image, const std::vector<Frame>& frames,
+                     const FrameMotion& now) {
+  const auto after =
+      std::ranges::lower_bound(now.keyframes, image.image, {}, &std::pair<int, Rigid3>::first);
+  if (after == now.keyframes.end()) return image.cam_from_odom;
+  if (after->first == image.image) return after->second;
+  if (after != now.keyframes.begin()) {
+    const auto& [first, from] = *std::prev(after);
+    const Rigid3& to = after->second;
+    const double share = (image.image - first) / static_cast<double>(after->first - first);
+    const auto rotation = from.rotation.slerp(share, to.rotation);
+    const Eigen::Vector3d center =
+        from.OriginInSource() + share * (to.OriginInSource() - from.OriginInSource());
+    return Rigid3(rotation, rotation * -center);
+  }
+  for (const Frame& frame : frames)
+    if (frame.motion && frame.motion->run == now.run && frame.motion->image == after->first)
+      return image.cam_from_odom * frame.motion->cam_from_odom.Inverse() * after->second;
+  return image.cam_from_odom;
+}
+
 }  // namespace
 
 std::vector<Frame> Initializer::Reset() {
@@ -162,34 +186,6 @@ std::optional<InitialMap> Initializer::Process(const Frame& frame) {
   if (recent_.size() > kMaxRecent) recent_.pop_front();
   return std::nullopt;
 }
-
-namespace {
-
-// The pose of an image before the map, in the frame of the odometry as it is known with image
-// `now`: between the images before and after it whose poses were corrected, or as it was given
-// relative to the nearest of them.
-Rigid3 CorrectedPose(const FrameMotion& image, const std::vector<Frame>& frames,
-                     const FrameMotion& now) {
-  const auto after =
-      std::ranges::lower_bound(now.keyframes, image.image, {}, &std::pair<int, Rigid3>::first);
-  if (after == now.keyframes.end()) return image.cam_from_odom;
-  if (after->first == image.image) return after->second;
-  if (after != now.keyframes.begin()) {
-    const auto& [first, from] = *std::prev(after);
-    const Rigid3& to = after->second;
-    const double share = (image.image - first) / static_cast<double>(after->first - first);
-    const auto rotation = from.rotation.slerp(share, to.rotation);
-    const Eigen::Vector3d center =
-        from.OriginInSource() + share * (to.OriginInSource() - from.OriginInSource());
-    return Rigid3(rotation, rotation * -center);
-  }
-  for (const Frame& frame : frames)
-    if (frame.motion && frame.motion->run == now.run && frame.motion->image == after->first)
-      return image.cam_from_odom * frame.motion->cam_from_odom.Inverse() * after->second;
-  return image.cam_from_odom;
-}
-
-}  // namespace
 
 std::vector<FrameBeforeMap> PlaceFramesBeforeMap(const std::vector<Frame>& frames, const Map& map,
                                                  KeyframeId first, const FrameMotion& now,

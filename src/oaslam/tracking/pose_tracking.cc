@@ -135,6 +135,48 @@ EpipolarMatch ToMatch(const Camera& camera, const Features& before, const Featur
   return {RayOf(camera, first.px.cast<double>()), RayOf(camera, second.px.cast<double>()), sigma};
 }
 
+// With fewer landmarks in view, the camera may soon be lost, and the pose is strengthened by
+// matches of all key points with the last image.
+constexpr int kFewLandmarks = 200;
+// The smallest search radius about a prediction, pixels of the lowest level.
+constexpr double kMotionWindow = 15;
+
+// Tracks in the local map from a first pose. Where few landmarks are in view, matches with the last
+// image strengthen the result.
+TrackReport StrengthenedInLocalMap(const Frame& frame, const Map& map, const TrackedFrame& last,
+                                   const TrackReport& first, const TrackDemands& demands) {
+  TrackReport report = first.success ? TrackLocalMap(frame, map, first, demands) : TrackReport{};
+  const auto reference = map.ResolvePose(last.reference);
+  if (report.success && report.inliers < kFewLandmarks && reference)
+    report = StrengthenByMatches(frame, map, *last.frame.features,
+                                 last.cam_from_reference * *reference, report, demands);
+  return report;
+}
+
+// What a keyframe saw; where that is little, also what those before it saw.
+std::vector<LandmarkId> LandmarksBefore(const Map& map, KeyframeId id) {
+  constexpr int kMostKeyframes = 20;  // some seconds
+  std::vector<LandmarkId> landmarks;
+  for (int i = 0; i < kMostKeyframes && landmarks.size() < kFewLandmarks; ++i) {
+    const Keyframe& keyframe = map.keyframes.At(id);
+    std::ranges::copy_if(keyframe.landmarks, std::back_inserter(landmarks),
+                         [](LandmarkId landmark) { return landmark.IsValid(); });
+    const auto before = keyframe.motion ? map.ResolveKeyframe(keyframe.motion->from) : std::nullopt;
+    if (!before) break;
+    id = before->by;
+  }
+  return landmarks;
+}
+
+TrackReport ByMotionAlone(const OdometryPrediction& predicted) {
+  TrackReport report;
+  report.cam_from_world = predicted.expected.cam_from_world;
+  report.covariance = predicted.expected.Covariance();
+  report.reference = predicted.reference;
+  report.depth = predicted.depth;
+  return report;
+}
+
 }  // namespace
 
 TrackReport TrackFromLastFrame(const Frame& frame, const Map& map, const Features& last_features,
@@ -227,52 +269,6 @@ LocalMap CollectLocalMap(const Map& map, std::span<const LandmarkId> matched, in
       if (landmark.IsValid() && listed.Insert(landmark)) local.landmarks.push_back(landmark);
   return local;
 }
-
-namespace {
-
-// With fewer landmarks in view, the camera may soon be lost, and the pose is strengthened by
-// matches of all key points with the last image.
-constexpr int kFewLandmarks = 200;
-// The smallest search radius about a prediction, pixels of the lowest level.
-constexpr double kMotionWindow = 15;
-
-// Tracks in the local map from a first pose. Where few landmarks are in view, matches with the last
-// image strengthen the result.
-TrackReport StrengthenedInLocalMap(const Frame& frame, const Map& map, const TrackedFrame& last,
-                                   const TrackReport& first, const TrackDemands& demands) {
-  TrackReport report = first.success ? TrackLocalMap(frame, map, first, demands) : TrackReport{};
-  const auto reference = map.ResolvePose(last.reference);
-  if (report.success && report.inliers < kFewLandmarks && reference)
-    report = StrengthenByMatches(frame, map, *last.frame.features,
-                                 last.cam_from_reference * *reference, report, demands);
-  return report;
-}
-
-// What a keyframe saw; where that is little, also what those before it saw.
-std::vector<LandmarkId> LandmarksBefore(const Map& map, KeyframeId id) {
-  constexpr int kMostKeyframes = 20;  // some seconds
-  std::vector<LandmarkId> landmarks;
-  for (int i = 0; i < kMostKeyframes && landmarks.size() < kFewLandmarks; ++i) {
-    const Keyframe& keyframe = map.keyframes.At(id);
-    std::ranges::copy_if(keyframe.landmarks, std::back_inserter(landmarks),
-                         [](LandmarkId landmark) { return landmark.IsValid(); });
-    const auto before = keyframe.motion ? map.ResolveKeyframe(keyframe.motion->from) : std::nullopt;
-    if (!before) break;
-    id = before->by;
-  }
-  return landmarks;
-}
-
-TrackReport ByMotionAlone(const OdometryPrediction& predicted) {
-  TrackReport report;
-  report.cam_from_world = predicted.expected.cam_from_world;
-  report.covariance = predicted.expected.Covariance();
-  report.reference = predicted.reference;
-  report.depth = predicted.depth;
-  return report;
-}
-
-}  // namespace
 
 TrackReport FollowMotion(const Frame& frame, const Map& map, const TrackedFrame& last,
                          const OdometryPrediction& predicted, const TrackDemands& demands) {
