@@ -93,6 +93,18 @@ TEST_F(GivenInputTest, WhereTheMotionIsNotKnownTheMapIsFollowedWithoutIt) {
   EXPECT_FALSE(result.motion_unit);
 }
 
+// Background that is matched about the last pose could place the camera there, however far it has
+// moved.
+TEST_F(GivenInputTest, WhereNothingTellsTheWayAnImageThatComesLaterIsFoundAnew) {
+  MakeMap(60);
+  for (const int i : {60, 75, 90}) {
+    ImageInput input = InputAt(i);
+    input.motion->is_preliminary = true;
+    const TrackingResult result = slam_.Process(input);
+    EXPECT_EQ(result.state, i > 60 ? TrackingState::kRelocalized : TrackingState::kTracking);
+  }
+}
+
 TEST_F(GivenInputTest, ASingleImageIsFoundByItsKeyPoints) {
   MakeMap(60);
   ImageInput input;

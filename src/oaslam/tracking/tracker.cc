@@ -128,6 +128,15 @@ TrackingStep Tracker::Follow(const Frame& frame, const Map& map, const TrackingC
   const TrackedFrame& last = std::get<Following>(phase_).last;
   const auto predicted = link_.Predict(frame, map, context.use);
   if (predicted && frame.features_skipped) return Carry(frame, map, *predicted, context);
+  // In a map that is only read, finding an image costs little more than following it, and the last
+  // pose tells little where it is long ago and nothing tells how far the camera has moved since.
+  constexpr double kLongAgo = 0.3;  // seconds
+  const bool knows_way = predicted && !predicted->is_turn;
+  if (context.use == MapUse::kRead && !knows_way &&
+      frame.timestamp - last.frame.timestamp > kLongAgo) {
+    phase_ = Lost{};
+    return Search(frame, map, context);
+  }
   TrackDemands demands = Demands();
   // After images of which only the turn was known, the map is found again as by a relocalization.
   if (predicted && predicted->is_turn && last.frame.timestamp != link_.seen_at())
