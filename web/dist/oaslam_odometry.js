@@ -1,5 +1,5 @@
 /*
-sources dd24d786fbb880f63f122b9de536723022a702bc9ecd892a9b0f1fa8dcec8e1d
+sources 87db587146f8fb4b28d5f4441c3e58be4b15388d3751888b94ee5bc7e8f878f5
 
 OA-SLAM's visual odometry: Apache-2.0.
 */
