@@ -1,5 +1,5 @@
 /*
-sources 87db587146f8fb4b28d5f4441c3e58be4b15388d3751888b94ee5bc7e8f878f5
+sources bf3eaa122d35cb2a7193d0f35a1c30647f3bded639c261d4da87ac79cb1914fd
 
 OA-SLAM's visual odometry: Apache-2.0.
 */

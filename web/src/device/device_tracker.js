@@ -24,9 +24,10 @@ import { surfaceAt } from "./surface.js";
 
 const SURE = 500; // ms between images while the place is sure
 const SLOW = { sure: 1000, unsure: 300 }; // ms after which the next image is sent although the last is not answered
-// Of the position, as shares of the depth: content appears when it is better than the first, and goes when it is worse than the second.
-const APPEARS = 0.005, GOES = 0.1;
-const UNSURE = 0.004; // share of the depth from which on an answer is asked for at once
+// Of the position, as shares of the depth: content appears when it is better than the first, and goes when it is worse than the second. While the motion is
+// preliminary it goes at the first already.
+const APPEARS = 0.01, GOES = 0.1;
+const UNSURE = 0.006; // share of the depth from which on an answer is asked for at once
 const OTHER_LENS = 0.02; // share by which the focal length must be off for the odometry to begin anew
 const NO_POINTS = new Float32Array(0);
 const FEATURES = 1000; // key points of an image that is shared as these
@@ -191,7 +192,7 @@ export class DeviceTracker extends EventTarget {
     const placed = this.place.poseOf(sighting, tracked.time);
     if (!placed) return void (this.#isShown = false);
     const { position, rotation, age, sigma, depth } = placed;
-    this.#isShown = sigma < (this.#isShown ? GOES : APPEARS) * depth;
+    this.#isShown = sigma < (this.#isShown && !sighting.isPreliminary ? GOES : APPEARS) * depth;
     Object.assign(tracked, { age, sigma, depth });
     if (this.#isShown) Object.assign(tracked, { pose: { position, rotation }, world: "map" });
   }

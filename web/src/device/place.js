@@ -42,15 +42,17 @@ import { add, between, compose, conjugate, dot, inverse, length, minus, moved, m
  */
 
 // The errors of the odometry, as shares of the way, of the depth and of the turn (src/oaslam/map/motion_sigmas.h).
-const WAY = 0.01, DEPTH = 0.002, TURN = 0.0025, LEAST_TURN = 0.0005;
-// While the motion is preliminary, and of a unit that is only the quotient of two median depths.
-const GUESS = 0.3;
+const WAY = 0.01, DEPTH = 0.001, TURN = 0.0025, LEAST_TURN = 0.0005;
+const PRELIMINARY = 1; // share of the way while the motion is preliminary: a turn may be taken for a way
+const GUESS = 0.3; // of a unit that is only the quotient of two median depths
 const UNIT = 0.03; // the error of the unit that the service tells
 const MOST_UNITS = 4; // their errors have much in common
 const SCALE = 0.004; // by how much the odometry's scale changes from place to place
 const SCALE_SECONDS = 20;
 // Of a position by one image, as a share of the depth, and of a rotation in rad: neighbouring answers have errors in common.
 const LEAST_POSITION = 0.001;
+// What of the error of an answer is its own; the rest it has in common with its neighbours, which see the same landmarks: averaging does not help there.
+const OWN = 0.3;
 const MOST_ANSWERS = 24; // the oldest ones say little about where the camera is now
 const SURE = 0.9; // confidence with which a single answer is believed where there was none before
 const OUTLIER = 4; // sigmas from what is known already
@@ -164,7 +166,8 @@ export class Place {
     const { newest } = this;
     if (!answer.pose || !SEEN.has(answer.state) || !sighting || sighting.run !== newest?.run) return false;
     const known = this.knownOf(answer, sighting, newest);
-    const shown = this.fit && this.poseOf(newest, now);
+    const wasGuess = !sighting.isPreliminary && this.known.every((each) => each.sighting.isPreliminary);
+    const shown = this.fit && !wasGuess && this.poseOf(newest, now);
     const isExpected = this.fit ? this.fits(known, this.known) : (answer.confidence ?? 1) >= SURE;
     if (isExpected) this.known.push(known);
     else if (this.doubted && this.fits(known, [this.doubted])) this.known = [this.doubted, known];
@@ -174,6 +177,7 @@ export class Place {
     }
     this.doubted = null;
     this.depth = known.depth;
+    if (wasGuess) this.known = this.known.filter((each) => !each.sighting.isPreliminary);
     this.known.sort((a, b) => a.sighting.time - b.sighting.time);
     if (this.known.length > MOST_ANSWERS) this.known.shift();
     this.update();
@@ -218,10 +222,11 @@ export class Place {
   spread(known, newest, scale) {
     const { sighting } = known;
     const way = Math.abs(newest.way - sighting.way), turn = Math.abs(newest.turn - sighting.turn);
-    const share = newest.isPreliminary || sighting.isPreliminary ? GUESS : WAY;
+    const isGuess = newest.isPreliminary || sighting.isPreliminary;
+    const far = (isGuess ? PRELIMINARY : WAY) * scale * way;
     return {
-      position: Math.hypot(known.position, share * scale * way, newest === sighting ? 0 : DEPTH * known.depth),
-      rotation: Math.hypot(known.rotation, LEAST_TURN + TURN * turn),
+      position: Math.hypot(OWN * known.position, far, newest === sighting ? 0 : DEPTH * known.depth),
+      rotation: Math.hypot(OWN * known.rotation, LEAST_TURN + TURN * turn, isGuess ? far / known.depth : 0),
     };
   }
 
@@ -241,7 +246,7 @@ export class Place {
     for (const each of known) at.add(each.pose.position, each.inMap.position, this.spread(each, newest, scale.value).position ** -2);
     return {
       scale: scale.value, rotation: rotation.value, middle: at.from, position: at.to,
-      sigma: { position: at.weight ** -0.5, rotation: rotation.sigma, scale: scale.sigma / scale.value },
+      sigma: { position: Math.hypot(at.weight ** -0.5, reference.position), rotation: Math.hypot(rotation.sigma, reference.rotation), scale: scale.sigma / scale.value },
     };
   }
 
@@ -268,7 +273,7 @@ export class Place {
     const unit = told.reduce((sum, each) => sum + each.unit, 0) / told.length;
     const prior = (unit * best) ** -2 * Math.min(told.length, MOST_UNITS);
     const useful = known.filter(({ sighting }) => sighting.isPreliminary === newest.isPreliminary);
-    const weightOf = ({ sighting, position }) => Math.exp((sighting.time - newest.time) / SCALE_SECONDS) / Math.hypot(position, DEPTH * this.depth) ** 2;
+    const weightOf = ({ sighting, position }) => Math.exp((sighting.time - newest.time) / SCALE_SECONDS) / Math.hypot(OWN * position, DEPTH * this.depth) ** 2;
     const mean = new Mean();
     for (const each of useful) mean.add(each.pose.position, each.inMap.position, weightOf(each));
     let [top, bottom] = [unit * prior, prior];
