@@ -68,7 +68,7 @@ TEST(Messages, KeyPointsHaveTheirPlacesThenLevelsThenDescriptors) {
     bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
   };
   for (const float number : {1.5F, 2.5F, 0.5F, 3.5F, 4.5F, 6.0F}) add(number);
-  for (const uint8_t level : {3, 7}) add(level);
+  for (const int level : {3, 7}) add(static_cast<uint8_t>(level));
   for (const uint64_t word : {1, 2, 3, 4, 5, 6, 7, 8}) add(word);
   const std::vector<ImageFeature> features = ReadReceivedFeatures(bytes, 2);
   ASSERT_THAT(features, SizeIs(2));
