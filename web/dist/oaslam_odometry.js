@@ -1,5 +1,5 @@
 /*
-sources bf3eaa122d35cb2a7193d0f35a1c30647f3bded639c261d4da87ac79cb1914fd
+sources d9fa0a8556e9c656355bc8f51da5299c2fcf7d45cb95be4de779a3015e078588
 
 OA-SLAM's visual odometry: Apache-2.0.
 */

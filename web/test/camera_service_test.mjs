@@ -171,10 +171,10 @@ test("content placed by a tap stands there, and on another phone at the same pla
   server.kill("SIGKILL");
   await ended;
   await here.waitForFunction(() => /no connection/.test(document.querySelector("#state").textContent));
-  await here.waitForSelector("#view[data-showing=false]");
+  assert.equal(await here.locator("#view").getAttribute("data-showing"), "true"); // the device follows its own motion
   await serve();
   for (const page of [here, there]) {
-    await page.waitForSelector("#view[data-showing=true]", { timeout: 60000 });
+    await page.waitForFunction(() => document.querySelector("#state").textContent === "in the map");
     assert.equal((await page.evaluate(() => window.oaslam.state.anchors)).length, 1);
     assert.deepEqual(page.errors.filter((error) => !/ERR_CONNECTION_REFUSED|ERR_CONNECTION_RESET|WebSocket connection|ERR_EMPTY_RESPONSE/.test(error)), []);
   }
@@ -236,7 +236,6 @@ test("content stands where the truth has it, with answers that are late and with
     });
     const { px, age, share } = summary(name, drawn);
     if (process.env.OASLAM_DRAWN) writeFileSync(`${process.env.OASLAM_DRAWN}/${name.replaceAll(" ", "_")}.json`, JSON.stringify(drawn));
-    if (process.env.OASLAM_LOOK) continue;
     assert.ok(share > 0.98, `content was drawn in ${share} of the images`);
     assert.ok(quantile(px, 0.99) < 2, `${quantile(px, 0.99)} px`);
     if (isGone) assert.ok(Math.max(...age) > 5);
@@ -259,8 +258,9 @@ test("two phones, one of which shares no image, see the same content; the lens o
   assert.ok(Math.abs(found.fx / 525 - 1) < 0.1, JSON.stringify(found));
   assert.ok(await other.evaluate(() => window.oaslam.cameras.knows(window.oaslam.source.lens)));
   assert.ok(unknown.share > 0.5);
-  await one.waitForFunction(() => window.oaslam.view.isShowing);
-  await placeAt(one, "robot", "on a surface", [300, 300]);
+  // Where no landmark is near the ray the service refuses: the camera moves on, and the next tap hits something.
+  const isPlaced = () => other.evaluate(() => window.oaslam.state.anchors.length > 0);
+  for (let i = 0; i < 5 && !(await isPlaced()); ++i) await placeAt(one, "robot", "on a surface", [320, 270]);
   await other.waitForFunction(() => window.oaslam.state.anchors.length > 0);
   await shoot(other, "phone_place");
   for (const page of [one, other]) assert.deepEqual(page.errors, []);

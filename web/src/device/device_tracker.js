@@ -24,7 +24,7 @@ import { surfaceAt } from "./surface.js";
 
 const SURE = 500; // ms between images while the place is sure
 const SLOW = { sure: 1000, unsure: 300 }; // ms after which the next image is sent although the last is not answered
-// Of the position, as shares of the depth: content appears when it is better than the first, and goes when it is worse than the second. While the motion is
+// What the odometry may have added to the error of the position, as shares of the depth: content appears when it is better than the first, and goes when it is worse than the second. While the motion is
 // preliminary it goes at the first already.
 const APPEARS = 0.01, GOES = 0.1;
 const UNSURE = 0.006; // share of the depth from which on an answer is asked for at once
@@ -53,6 +53,7 @@ export class DeviceTracker extends EventTarget {
   #run = -1;
   /** @type {Map<number, import("./place.js").Sighting | null>} */ #sent = new Map(); // images on their way, by id
   #isShown = false;
+  #isSure = false; // of the place
   /** @type {Tracked | null} */ last = null; // what the last image told
   #lastDigest = "";
   #size = { width: 0, height: 0 }; // of the images
@@ -191,8 +192,9 @@ export class DeviceTracker extends EventTarget {
   #placeInMap(tracked, sighting) {
     const placed = this.place.poseOf(sighting, tracked.time);
     if (!placed) return void (this.#isShown = false);
-    const { position, rotation, age, sigma, depth } = placed;
-    this.#isShown = sigma < (this.#isShown && !sighting.isPreliminary ? GOES : APPEARS) * depth;
+    const { position, rotation, age, sigma, drift, depth } = placed;
+    this.#isSure = drift < UNSURE * depth;
+    this.#isShown = drift < (this.#isShown && !sighting.isPreliminary ? GOES : APPEARS) * depth;
     Object.assign(tracked, { age, sigma, depth });
     if (this.#isShown) Object.assign(tracked, { pose: { position, rotation }, world: "map" });
   }
@@ -200,8 +202,8 @@ export class DeviceTracker extends EventTarget {
   // Sends the image where it is time for one.
   async #offer({ estimate, sighting, time, gyroscope, gravity, jpeg }) {
     const stream = /** @type {Stream} */ (this.stream);
-    const { sigma, depth, pose, state } = /** @type {Tracked} */ (this.last);
-    const isSure = pose && state !== "uncertain" && Number(sigma) < UNSURE * Number(depth);
+    const { pose, state } = /** @type {Tracked} */ (this.last);
+    const isSure = pose && state !== "uncertain" && this.#isSure;
     if (!stream.isDue(isSure ? SURE : 0, isSure ? SLOW.sure : SLOW.unsure)) return;
     const sharesFeatures = this.share === "features" && this.#odometry;
     if (this.share === "features" ? !sharesFeatures || !estimate : !jpeg) return;

@@ -39,6 +39,7 @@ import { add, between, compose, conjugate, dot, inverse, length, minus, moved, m
  * @property {Triple} middle
  * @property {Triple} position
  * @property {{ position: number, rotation: number, scale: number }} sigma `scale`: as a share of it
+ * @property {{ position: number, rotation: number }} drift what of that the odometry has added since the answers
  */
 
 // The errors of the odometry, as shares of the way, of the depth and of the turn (src/oaslam/map/motion_sigmas.h).
@@ -191,7 +192,7 @@ export class Place {
 
   /**
    * Where the camera was in the map, and what is known about that; null where it is not known. `age`: seconds since the last image for which an answer has placed
-   * it. `sigma`: of the position, map units. `depth`: of what was seen then, map units.
+   * it. `sigma`: of the position, map units. `drift`: what of that the odometry has added since the answers. `depth`: of what was seen then, map units.
    * @param {Sighting | null} sighting  @param {number} now
    */
   poseOf(sighting, now) {
@@ -199,7 +200,11 @@ export class Place {
     if (!raw) return null;
     const left = this.correction ? 1 - Math.min(1, Math.max(0, (now - this.correction.since) / EASE)) : 0;
     const pose = this.correction && left > 0 ? moved(raw, this.correction.motion, left * left * (3 - 2 * left)) : raw;
-    return { ...pose, age: now - this.known[this.known.length - 1].sighting.time, sigma: this.sigmaOf(sighting), depth: this.depth };
+    const { scale, middle, sigma, drift } = /** @type {Similarity} */ (this.fit);
+    const far = scale * length(minus(sighting.pose.position, middle));
+    const spread = (position, rotation) => Math.hypot(position, far * sigma.scale, far * rotation);
+    const age = now - this.known[this.known.length - 1].sighting.time;
+    return { ...pose, age, sigma: spread(sigma.position, sigma.rotation), drift: spread(drift.position, drift.rotation), depth: this.depth };
   }
 
   /** @param {Answer} answer  @param {Sighting} sighting  @param {Sighting} newest  @returns {Known} */
@@ -218,13 +223,14 @@ export class Place {
     };
   }
 
-  // The standard deviations with which an answer tells where another image is.
+  // The standard deviations with which an answer tells where another image is, without what it has in common with others; `far`: what the way adds.
   spread(known, newest, scale) {
     const { sighting } = known;
     const way = Math.abs(newest.way - sighting.way), turn = Math.abs(newest.turn - sighting.turn);
     const isGuess = newest.isPreliminary || sighting.isPreliminary;
     const far = (isGuess ? PRELIMINARY : WAY) * scale * way;
     return {
+      far,
       position: Math.hypot(OWN * known.position, far, newest === sighting ? 0 : DEPTH * known.depth),
       rotation: Math.hypot(OWN * known.rotation, LEAST_TURN + TURN * turn, isGuess ? far / known.depth : 0),
     };
@@ -243,10 +249,16 @@ export class Place {
     const rotation = this.rotationOf(known, newest, reference);
     const scale = this.scaleOf(known, newest, rotation.value);
     const at = new Mean();
-    for (const each of known) at.add(each.pose.position, each.inMap.position, this.spread(each, newest, scale.value).position ** -2);
+    let drift = 0;
+    for (const each of known) {
+      const { position, far } = this.spread(each, newest, scale.value);
+      at.add(each.pose.position, each.inMap.position, position ** -2);
+      drift += far * position ** -2;
+    }
     return {
       scale: scale.value, rotation: rotation.value, middle: at.from, position: at.to,
       sigma: { position: Math.hypot(at.weight ** -0.5, reference.position), rotation: Math.hypot(rotation.sigma, reference.rotation), scale: scale.sigma / scale.value },
+      drift: { position: drift / at.weight, rotation: rotation.sigma },
     };
   }
 
@@ -296,13 +308,6 @@ export class Place {
   rawPoseOf(sighting) {
     if (!this.fit || sighting.run !== this.newest?.run) return null;
     return this.inMap(sighting === this.newest ? sighting.pose : (correctedPose(sighting, this.newest) ?? sighting.pose), this.fit);
-  }
-
-  /** @param {Sighting} sighting */
-  sigmaOf({ pose }) {
-    const { scale, middle, sigma } = /** @type {Similarity} */ (this.fit);
-    const far = scale * length(minus(pose.position, middle));
-    return Math.hypot(sigma.position, far * sigma.scale, far * sigma.rotation);
   }
 
   // Whether an answer tells of the same place as others. @param {Known} known  @param {Known[]} others
