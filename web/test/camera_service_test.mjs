@@ -5,6 +5,7 @@ import { spawn, spawnSync } from "node:child_process";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, afterEach, before, test } from "node:test";
+import { rotate } from "../src/device/rigid.js";
 import { ClipTruth } from "./clip_truth.mjs";
 import { cameraFile, closeAll, contentPixels, LANDSCAPE, launch, newPage, numberedCameraFile, PORTRAIT, settle, shoot, skipUnlessReady, folder, watchDrawing } from "./phone.mjs";
 
@@ -194,6 +195,16 @@ async function slowNetwork(page, network) {
   });
 }
 
+// Places content where the ray of a pixel of an image of the clip meets the map.
+async function placeByRay(name, frame, [u, v]) {
+  const { position: origin, rotation } = poseOf(frame);
+  const direction = rotate(rotation, [(u - 319.5) / 525, (v - 239.5) / 525, 1]);
+  const answer = await fetch(`http://127.0.0.1:${port}/v1/maps/desk/anchors`, {
+    method: "POST", headers: { Authorization: `Bearer ${TOKEN}`, "Content-Type": "application/json" }, body: JSON.stringify({ name, model: "robot", origin, direction }),
+  });
+  assert.ok(answer.ok, await answer.text());
+}
+
 // Looks at what a phone draws for some seconds once it is sure of its place. Returns what was drawn with the errors of content, in pixels.
 async function watch(page, truth, seconds, meanwhile = async () => {}) {
   await page.waitForFunction(() => window.oaslam?.session?.tracker);
@@ -220,6 +231,7 @@ function summary(name, drawn) {
 test("content stands where the truth has it, with answers that are late and with a network that is gone for five seconds", async () => {
   const truth = new ClipTruth(CLIP, join(out, "trajectory.txt"));
   const file = numberedCameraFile("there_and_back", VIDEO);
+  await placeByRay("on the note", HERE, [329, 309]);
   for (const [name, delay, isGone] of [["answers at once", 0], ["300 ms late", 300], ["2 s late", 2000], ["a network that is gone for 5 s", 0, true]]) {
     const network = { delay, gone: false };
     const page = await phone(file, { network });
