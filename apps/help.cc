@@ -26,7 +26,7 @@ const std::map<std::string, std::vector<std::string>>& OptionsOfGroups() {
       {"Camera", {"camera", "refine-camera", "rolling-shutter", "mask"}},
       {"Objects",
        {"detections", "detector", "detector-layout", "detector-size", "detector-min-score",
-        "detector-backend", "detect-every", "classes", "scale-object"}},
+        "detector-backend", "detect-every", "classes", "scale", "scale-object"}},
       {"Output",
        {"out", "map-out", "force", "resume", "record", "model", "report", "scale-from",
         "keep-images", "quiet", "verbose"}},

@@ -7,6 +7,7 @@
 
 #include "commands.h"
 #include "common.h"
+#include "metric_scale.h"
 #include "oaslam/storage/map_file.h"
 
 namespace oaslam::apps {
@@ -107,7 +108,7 @@ void PrintInfo(const std::string& given) {
         "and unit of its own\n",
         i + 1, saved.submaps[i].map.keyframes.size(), saved.submaps[i].map.landmarks.size(),
         saved.submaps[i].trajectory.size());
-  fmt::print("unit         {}\n", saved.map.is_metric ? "metre" : "arbitrary");
+  fmt::print("unit         {}\n", DescribeUnit(saved.map));
   if (const auto& up = saved.map.up)
     fmt::print("up           {:.4f} {:.4f} {:.4f} ({})\n", up->x(), up->y(), up->z(),
                saved.map.up_keyframes > 0

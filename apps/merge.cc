@@ -4,6 +4,7 @@
 
 #include "commands.h"
 #include "common.h"
+#include "metric_scale.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/system/map_merging.h"
 #include "oaslam/util/bad_input.h"
@@ -20,15 +21,16 @@ void Merge(const MergeOptions& options) {
   const SlamConfig config = LoadConfiguration(options.common);
   const OutputFolder folder = FolderOfMapFile(options.out, "--out");
   const SavedMap first = LoadMap(options.first), second = LoadMap(options.second);
-  const MapMerging merging =
+  MapMerging merging =
       MergeMaps(first, second, RelocalizationModeOf(options.relocalization), config);
   if (!merging.merged)
     throw BadInput("{} and {} are not merged: {}", options.first, options.second, merging.evidence);
+  if (merging.merged->map.unit_by_objects) Apply(ChangeByObjects(*merging.merged), *merging.merged);
   SaveMap(options.out, *merging.merged);
   if (options.common.quiet) return;
   const Map& map = merging.merged->map;
-  fmt::print("{}\n{}: {} keyframes, {} landmarks\n", merging.evidence, options.out,
-             map.keyframes.size(), map.landmarks.size());
+  fmt::print("{}\n{}: {} keyframes, {} landmarks, unit: {}\n", merging.evidence, options.out,
+             map.keyframes.size(), map.landmarks.size(), DescribeUnit(map));
 }
 
 }  // namespace

@@ -1,10 +1,14 @@
 #include "metric_scale.h"
 
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/objects/scale_estimate.h"
 #include "oaslam/util/bad_input.h"
 
 namespace oaslam::apps {
@@ -59,13 +63,20 @@ Eigen::Vector3d PositionAt(const std::vector<StampedPose>& trajectory, double ti
 }  // namespace
 
 void AddScaleOptions(CLI::App& app, ScaleSettings& settings) {
+  auto* by = app.add_option("--scale", settings.by,
+                            "metric scale by the usual sizes of the objects, where those of three "
+                            "classes agree (auto), or none")
+                 ->check(CLI::IsMember({"auto", "none"}))
+                 ->capture_default_str();
   auto* object = app.add_option("--scale-object", settings.object,
                                 "metric scale from mapped objects of known height, e.g. cup=0.095")
-                     ->type_name("CLASS=HEIGHT_M");
+                     ->type_name("CLASS=HEIGHT_M")
+                     ->excludes(by);
   app.add_option("--scale-from", settings.from,
                  "metric scale from --groundtruth (gt), or from the camera's distance between two "
                  "time stamps: T1:T2=METRES")
-      ->excludes(object);
+      ->excludes(object)
+      ->excludes(by);
 }
 
 MetricScale::MetricScale(const ScaleSettings& settings, const ClassNames& names,
@@ -90,6 +101,8 @@ MetricScale::MetricScale(const ScaleSettings& settings, const ClassNames& names,
     from_s_ = NumberOf(text_, times.substr(0, colon), "time stamp");
     to_s_ = NumberOf(text_, times.substr(colon + 1), "time stamp");
     metres_ = ParseMetres(text_, metres);
+  } else if (settings.by == "auto") {
+    kind_ = Kind::kAuto;
   }
 }
 
@@ -121,6 +134,53 @@ double MetricScale::MetresPerUnit(const Map& map,
       (PositionAt(trajectory, to_s_, text_) - PositionAt(trajectory, from_s_, text_)).norm();
   if (units <= 0) throw InputError(text_ + ": the camera is at the same place at both time stamps");
   return metres_ / units;
+}
+
+UnitChange MetricScale::ChangeOf(const SavedMap& saved,
+                                 const std::vector<StampedPose>& trajectory) const {
+  if (kind_ == Kind::kNone) return {};
+  if (kind_ != Kind::kAuto) return {MetresPerUnit(saved.map, trajectory)};
+  const bool is_given = saved.map.is_metric && !saved.map.unit_by_objects;
+  return is_given ? UnitChange{} : ChangeByObjects(saved);
+}
+
+void MetricScale::WarnOfContradiction(const SavedMap& saved,
+                                      const std::vector<StampedPose>& trajectory) const {
+  if (!saved.map.is_metric || kind_ == Kind::kNone) return;
+  ScaleEstimate estimate = EstimateScale(saved.map, saved.class_names);
+  std::string of = text_.empty() ? "the unit of the map" : text_;
+  if (saved.map.unit_by_objects) {
+    if (groundtruth_.empty()) return;
+    const TrajectoryReport report = EvaluateTrajectory(groundtruth_, trajectory, AlignMode::kSim3);
+    if (!report.success) return;
+    estimate.metres_per_unit = 1 / report.reference_from_estimate.scale;
+    of = "the unit of the ground truth";
+  }
+  if (const std::string contradiction = ContradictionOfUnit(estimate); !contradiction.empty())
+    spdlog::warn("{}: {}", of, contradiction);
+}
+
+UnitChange ChangeByObjects(const SavedMap& saved) {
+  const ScaleEstimate estimate = EstimateScale(saved.map, saved.class_names);
+  if (!estimate.success) return {{}, {}, estimate.why_not};
+  return {estimate.metres_per_unit,
+          UnitByObjects{estimate.relative_sigma, estimate.objects, estimate.classes}};
+}
+
+void Apply(const UnitChange& change, SavedMap& saved) {
+  if (!change.metres_per_unit) return;
+  saved.map.Scale(*change.metres_per_unit);
+  saved.map.is_metric = true;
+  saved.map.unit_by_objects = change.by_objects;
+  for (FramePose& pose : saved.trajectory)
+    pose.cam_from_reference.translation *= *change.metres_per_unit;
+}
+
+std::string DescribeUnit(const Map& map) {
+  if (!map.is_metric) return "arbitrary";
+  if (!map.unit_by_objects) return "metre";
+  return fmt::format("metres, 1.00 +- {:.2f} (by {} objects)", map.unit_by_objects->relative_sigma,
+                     map.unit_by_objects->objects);
 }
 
 }  // namespace oaslam::apps

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,11 +12,19 @@ namespace oaslam::apps {
 
 // Options that give a monocular map, whose unit is arbitrary, the metre as its unit.
 struct ScaleSettings {
-  std::string object;  // --scale-object CLASS=HEIGHT_M
-  std::string from;    // --scale-from gt | T1:T2=METRES
+  std::string by = "auto";  // --scale auto | none
+  std::string object;       // --scale-object CLASS=HEIGHT_M
+  std::string from;         // --scale-from gt | T1:T2=METRES
 };
 
 void AddScaleOptions(CLI::App& app, ScaleSettings& settings);
+
+// How a map is scaled to metres.
+struct UnitChange {
+  std::optional<double> metres_per_unit{};  // nothing: the map keeps its unit
+  std::optional<UnitByObjects> by_objects{};
+  std::string why_not{};  // why objects do not tell the unit, where they were asked
+};
 
 class MetricScale {
  public:
@@ -23,14 +32,17 @@ class MetricScale {
   MetricScale(const ScaleSettings& settings, const ClassNames& names,
               const std::vector<StampedPose>& groundtruth);
 
-  bool IsAskedFor() const { return kind_ != Kind::kNone; }
-  // The length of one map unit in metres. Throws InputError where the map or the trajectory lacks
-  // what is needed.
-  double MetresPerUnit(const Map& map, const std::vector<StampedPose>& trajectory) const;
+  // What makes the map metric, or its metre better. Throws InputError where the map or the
+  // trajectory lacks what the settings need.
+  UnitChange ChangeOf(const SavedMap& saved, const std::vector<StampedPose>& trajectory) const;
+  // Warns where the usual sizes of the objects contradict the unit that a metric map was given, or
+  // the ground truth.
+  void WarnOfContradiction(const SavedMap& saved, const std::vector<StampedPose>& trajectory) const;
 
  private:
-  enum class Kind { kNone, kObject, kGroundtruth, kDistance };
+  enum class Kind { kNone, kAuto, kObject, kGroundtruth, kDistance };
   double FromObjects(const Map& map) const;
+  double MetresPerUnit(const Map& map, const std::vector<StampedPose>& trajectory) const;
 
   Kind kind_ = Kind::kNone;
   std::string text_;  // as given, for messages
@@ -38,5 +50,12 @@ class MetricScale {
   double metres_ = 0, from_s_ = 0, to_s_ = 0;
   std::vector<StampedPose> groundtruth_;
 };
+
+// By the usual sizes of the objects.
+UnitChange ChangeByObjects(const SavedMap& saved);
+// Gives the map, without its submaps, its new unit.
+void Apply(const UnitChange& change, SavedMap& saved);
+// The unit of a map for a person: "arbitrary", "metre", "metres, 1.00 +- 0.06 (by 11 objects)".
+std::string DescribeUnit(const Map& map);
 
 }  // namespace oaslam::apps

@@ -107,15 +107,18 @@ std::optional<Camera> CameraOfMap(const std::string& path) {
 // Returns the error if the scale is not available; then everything keeps its unit, and should be
 // saved nevertheless.
 std::exception_ptr ScaleToMetres(const MetricScale& scale, SavedMap& saved,
-                                 std::vector<StampedPose>& trajectory, RunResults& results) {
-  if (!scale.IsAskedFor()) return nullptr;
+                                 std::vector<StampedPose>& trajectory, RunResults& results,
+                                 std::string& why_arbitrary) {
   try {
-    const double factor = scale.MetresPerUnit(saved.map, trajectory);
-    saved.map.Scale(factor);
-    saved.map.is_metric = true;
-    for (FramePose& pose : saved.trajectory) pose.cam_from_reference.translation *= factor;
-    for (StampedPose& pose : trajectory) pose.world_from_cam.translation *= factor;
-    results.Scale(factor);
+    const UnitChange change = scale.ChangeOf(saved, trajectory);
+    why_arbitrary = change.why_not;
+    Apply(change, saved);
+    if (change.metres_per_unit) {
+      for (StampedPose& pose : trajectory)
+        pose.world_from_cam.translation *= *change.metres_per_unit;
+      results.Scale(*change.metres_per_unit);
+    }
+    scale.WarnOfContradiction(saved, trajectory);
     return nullptr;
   } catch (const InputError&) {
     return std::current_exception();
@@ -201,6 +204,14 @@ void SayDetectorPace(const RunOptions& options, const DetectorPace& pace, int im
   if (options.detector.IsGiven())
     spdlog::info("detector: {}, {} of {} images looked at", NameOfDetector(options.detector),
                  pace.images, images);
+}
+
+// Says what the objects tell of the unit; of a map without objects nothing.
+void SayUnit(const Map& map, const std::string& why_arbitrary) {
+  if (map.unit_by_objects)
+    fmt::print("unit: {}\n", DescribeUnit(map));
+  else if (!map.is_metric && !why_arbitrary.empty() && map.CountMappedObjects() > 0)
+    fmt::print("unit: arbitrary: {}\n", why_arbitrary);
 }
 
 void Run(const RunOptions& given) {
@@ -301,6 +312,7 @@ void Run(const RunOptions& given) {
   progress.Finish();
   SayDetectorPace(options, inputs.pace(), done);
   const WorldId world = slam.Snapshot().world();
+  std::string why_arbitrary;  // the unit
   // Saves the map and what belongs to it. May be called twice: it changes only copies.
   const auto save = [&](SavedMap saved, WorldId world_now,
                         const std::optional<CameraEstimate>& estimate, Failures& failed) {
@@ -309,7 +321,7 @@ void Run(const RunOptions& given) {
     written.SetCamera(estimate ? estimate->camera : inputs.camera(), estimate);
     // Earlier frames belong to the map that the run began with.
     std::vector<StampedPose> trajectory = WorldPoses(saved.map, saved.trajectory, first_frame);
-    failed.Add(ScaleToMetres(scale, saved, trajectory, written));
+    failed.Add(ScaleToMetres(scale, saved, trajectory, written, why_arbitrary));
     std::vector<std::vector<StampedPose>> submaps;
     for (const Submap& submap : saved.submaps)
       submaps.push_back(WorldPoses(submap.map, submap.trajectory, first_frame));
@@ -348,6 +360,7 @@ void Run(const RunOptions& given) {
                tracked, done, saved.map.keyframes.size(), saved.map.landmarks.size(),
                saved.map.CountMappedObjects(), options.out,
                options.map_out.empty() ? "; the map is not saved (--map-out)" : "");
+  if (!options.common.quiet) SayUnit(saved.map, why_arbitrary);
   if (const std::string uncertain = results.Uncertain();
       !options.common.quiet && !uncertain.empty())
     fmt::print("{}\n", uncertain);

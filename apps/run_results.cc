@@ -201,6 +201,10 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
     return entry.second.HasPose() && entry.second.is_uncertain;
   });
   summary["unit"] = saved.map.is_metric ? "metre" : "arbitrary";
+  if (const auto& by_objects = saved.map.unit_by_objects)
+    summary["unit_by_objects"] = {{"sigma", Rounded(by_objects->relative_sigma, 1e-4)},
+                                  {"objects", by_objects->objects},
+                                  {"classes", by_objects->classes}};
   summary["loops"] = saved.map.loops_closed;
   summary["camera"] = CameraSummary(camera_, estimate_);
   summary["ms_median"] = Rounded(Percentile(ms, .5), .01);

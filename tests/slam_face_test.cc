@@ -219,12 +219,12 @@ TEST_F(SlamWithMap, StatesShowWhatNoImageHasChanged) {
   EXPECT_LT((pose_of(*states.Newest()).translation - 3 * pose_of(*before).translation).norm(),
             0.03 * 3 * before->result.depth);
   EXPECT_EQ(states.Newest()->result.depth, 3 * before->result.depth);
-  slam.PlaceAnchor({.name = "flag", .model = "flag", .pose = Rigid3()});
+  EXPECT_TRUE(slam.PlaceAnchor({.name = "flag", .model = "flag", .pose = Rigid3()}).IsDone());
   expect_news("PlaceAnchor");
   EXPECT_THAT(states.Newest()->map.Anchors(), SizeIs(1));
-  slam.EditAnchor("flag", {.size = 2});
+  EXPECT_TRUE(slam.EditAnchor("flag", {.size = 2}).IsDone());
   expect_news("EditAnchor");
-  slam.RemoveAnchor("flag");
+  EXPECT_TRUE(slam.RemoveAnchor("flag").IsDone());
   expect_news("RemoveAnchor");
   slam.SetClassNames({{1, "mine"}});
   expect_news("SetClassNames");
@@ -276,6 +276,26 @@ TEST_F(SlamWithMap, MetresNeedAMapAndKeepIt) {
   EXPECT_FALSE(lost.HasPose());
   EXPECT_TRUE(slam.Snapshot().is_metric());
   EXPECT_GE(slam.Snapshot().Keyframes().size(), 2U);
+}
+
+TEST_F(SlamWithMap, ObjectsTellTheMetres) {
+  Slam slam = MakeSlam();
+  slam.Load(Path());
+  slam.SetClassNames(CocoClassNames());
+  const ScaleEstimate estimate = slam.WholeMap().EstimateScale();
+  ASSERT_TRUE(estimate.success) << estimate.why_not;
+  EXPECT_GE(estimate.classes, 3);
+  EXPECT_EQ(slam.Snapshot().unit_sigma(), 0);
+  slam.SetMetresPerUnit(estimate);
+  EXPECT_EQ(slam.Snapshot().unit_sigma(), estimate.relative_sigma);
+  EXPECT_NEAR(slam.Snapshot().EstimateScale().metres_per_unit, 1, .01);
+  slam.Save(Path("by_objects.map"));
+  const MapSnapshot saved = MapSnapshot::Load(Path("by_objects.map"));
+  EXPECT_TRUE(saved.is_metric());
+  EXPECT_EQ(saved.unit_sigma(), estimate.relative_sigma);
+  slam.SetMetresPerUnit(1);  // that is known now
+  EXPECT_EQ(slam.Snapshot().unit_sigma(), 0);
+  EXPECT_INPUT_ERROR(slam.SetMetresPerUnit(MapSnapshot().EstimateScale()), HasSubstr("vertical"));
 }
 
 TEST_F(SlamWithMap, BoxesOfAnImageThatIsTrackedMayBeFollowedToo) {

@@ -17,6 +17,7 @@
 #include "oaslam/export.h"
 #include "oaslam/ids.h"
 #include "oaslam/rigid3.h"
+#include "oaslam/scale_estimate.h"
 #include "oaslam/trajectory_file.h"
 #include "oaslam/types.h"
 
@@ -183,6 +184,12 @@ class OASLAM_API MapSnapshot {
   bool is_up_measured() const;
   // Whether the unit is the metre; else it is arbitrary.
   bool is_metric() const;
+  // Of a metric map whose metre follows from the usual sizes of its objects: its standard
+  // deviation, divided by it. 0 where the metre was given, or the unit is arbitrary.
+  double unit_sigma() const;
+  // The length of the unit by the usual sizes of the objects, also of a map that is metric already:
+  // their classes are known by their names, those of COCO. Takes some milliseconds.
+  ScaleEstimate EstimateScale() const;
   // Grows with every change of the map or of the class names; Reset and Load do not set it back.
   // Two snapshots of one Slam with the same version are equal.
   uint64_t version() const;

@@ -29,6 +29,7 @@
 #include "oaslam/anchors.h"
 // The map as data, and images found in it
 #include "oaslam/map_snapshot.h"
+#include "oaslam/scale_estimate.h"
 #include "oaslam/map_localizer.h"
 #include "oaslam/relocalization_result.h"
 #include "oaslam/trajectory_file.h"

@@ -156,6 +156,10 @@ class OASLAM_API Slam {
   // a loaded one does. Waits until everything seen is in the map. Throws InputError for a number
   // that is not finite and above 0, and while there is no map.
   void SetMetresPerUnit(double metres);
+  // The same by the usual sizes of its objects (MapSnapshot::EstimateScale of Snapshot or
+  // WholeMap). The map keeps how sure its unit is. Throws InputError also where the estimate has no
+  // success.
+  void SetMetresPerUnit(const ScaleEstimate& estimate);
 
   // Virtual content in the map, saved with it. A map that has some stays the one in which the
   // camera is looked for: while it is lost there, no other submap gives a pose. It moves as the map

@@ -127,6 +127,13 @@ void AddMap(py::module_& m) {
       .def_readonly(OASLAM_FIELD(AnchorReport, why_not))
       .def("is_done", &AnchorReport::IsDone, doc::AnchorReport_IsDone)
       .def("__bool__", &AnchorReport::IsDone);
+  py::class_<ScaleEstimate>(m, "ScaleEstimate", doc::ScaleEstimate)
+      .def_readonly(OASLAM_FIELD(ScaleEstimate, success))
+      .def_readonly(OASLAM_FIELD(ScaleEstimate, why_not))
+      .def_readonly(OASLAM_FIELD(ScaleEstimate, metres_per_unit))
+      .def_readonly(OASLAM_FIELD(ScaleEstimate, relative_sigma))
+      .def_readonly(OASLAM_FIELD(ScaleEstimate, objects))
+      .def_readonly(OASLAM_FIELD(ScaleEstimate, classes));
   py::class_<MapSnapshot> snapshot(m, "MapSnapshot", doc::MapSnapshot);
   AddElements(snapshot);
   snapshot.def(py::init(), doc::MapSnapshot_MapSnapshot)
@@ -185,6 +192,9 @@ void AddMap(py::module_& m) {
       .def_property_readonly("is_up_measured", &MapSnapshot::is_up_measured,
                              doc::MapSnapshot_is_up_measured)
       .def_property_readonly("is_metric", &MapSnapshot::is_metric, doc::MapSnapshot_is_metric)
+      .def_property_readonly("unit_sigma", &MapSnapshot::unit_sigma, doc::MapSnapshot_unit_sigma)
+      .def("estimate_scale", &MapSnapshot::EstimateScale, WithoutGil(),
+           doc::MapSnapshot_EstimateScale)
       .def_property_readonly("version", &MapSnapshot::version, doc::MapSnapshot_version);
 }
 

@@ -132,8 +132,19 @@ void AddMapping(SlamClass& slam) {
            doc::Slam_NameRecording)
       .def("set_mask", Method(&Slam::SetMask), py::arg("mask"), doc::Slam_SetMask)
       .def("presence", Method(&Slam::Presence), doc::Slam_Presence)
-      .def("set_metres_per_unit", Method(&Slam::SetMetresPerUnit), py::arg("metres"),
-           doc::Slam_SetMetresPerUnit)
+      .def(
+          "set_metres_per_unit",
+          [](ExclusiveSlam& self, const std::variant<double, ScaleEstimate>& metres) {
+            self.Use([&](Slam& s) {
+              std::visit([&](const auto& m) { s.SetMetresPerUnit(m); }, metres);
+            });
+          },
+          py::arg("metres"),
+          (std::string(doc::Slam_SetMetresPerUnit) +
+           "\n\nOr by an estimate of success (MapSnapshot.estimate_scale): the map keeps how sure "
+           "its "
+           "unit is.")
+              .c_str())
       .def("anchors", Method(&Slam::Anchors), doc::Slam_Anchors)
       .def("place_anchor", &PlaceAnchor, py::kw_only(), py::arg("name") = "", py::arg("model") = "",
            py::arg("pixel") = std::nullopt, py::arg("origin") = std::nullopt,

@@ -12,7 +12,7 @@ from conftest import CLIP, FRAMES, mapped
 
 def by_command(folder, *options):
     command = [os.environ["OASLAM_BINARY"], "run", "--images", CLIP / "video.mp4", "--camera", CLIP / "camera.yaml", "--detections", CLIP / "detections.json",
-               "--to", str(FRAMES), "--out", folder, *options]
+               "--to", str(FRAMES), "--scale", "none", "--out", folder, *options]
     subprocess.run(command, check=True, capture_output=True)
     return (folder / "trajectory.txt").read_bytes()
 

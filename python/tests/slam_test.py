@@ -67,6 +67,24 @@ def test_map_file(desk, desk_map, tmp_path):
     assert found.world == map.world and found.world_from_cam is not None
 
 
+def test_metres_by_the_usual_sizes_of_objects(desk, desk_map):
+    map = oaslam.MapSnapshot.load(desk_map)
+    estimate = map.estimate_scale()
+    assert estimate.success == (estimate.why_not == "")
+    assert not oaslam.MapSnapshot().estimate_scale().success and "vertical" in oaslam.MapSnapshot().estimate_scale().why_not
+    slam = oaslam.Slam(oaslam.SlamConfig.offline(), desk.camera)
+    slam.load(map)
+    if not estimate.success:
+        with pytest.raises(oaslam.InputError, match="not known"):
+            slam.set_metres_per_unit(estimate)
+        return
+    assert estimate.objects >= estimate.classes >= 3 and 0 < estimate.relative_sigma < 0.2
+    slam.set_metres_per_unit(estimate)
+    assert slam.snapshot().is_metric and slam.snapshot().unit_sigma == estimate.relative_sigma
+    slam.set_metres_per_unit(1.5)
+    assert slam.snapshot().unit_sigma == 0
+
+
 def test_camera(desk):
     pixels = numpy.array([[10.0, 20.0], [300.0, 200.0]])
     rays = desk.camera.lift(pixels)

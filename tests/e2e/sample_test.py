@@ -109,7 +109,36 @@ class TestMetricScale:
         unit = "metre" if code == 0 else "arbitrary"
         assert harness.read_json(os.path.join(self.folder, "summary.json"))["unit"] == unit
         assert unit in oaslam("info", saved).out
+        self.said = outcome
         return scales[0]
+
+    def by_objects(self):
+        return harness.read_json(os.path.join(self.folder, "summary.json")).get("unit_by_objects")
+
+    def test_by_the_usual_sizes_of_objects_without_being_asked(self):
+        scale = self.map_scale()
+        by_objects = self.by_objects()
+        assert by_objects["classes"] >= 3 and by_objects["objects"] >= by_objects["classes"]
+        assert abs(math.log(scale)) < 2.5 * by_objects["sigma"] < 0.3
+        line = f"metres, 1.00 +- {by_objects['sigma']:.2f} (by {by_objects['objects']} objects)"
+        assert f"unit: {line}" in self.said.out
+        saved = os.path.join(self.folder, "m.map")
+        assert line in oaslam("info", saved).out
+        # More is seen, and the unit estimated again; in the same world.
+        again = must_run("run", *harness.clip("map_front"), "--map-in", saved, "--from", "200", "--out", self.folder, "--map-out", saved)
+        assert "unit: metres, 1.00 +- " in again.out
+        truth = harness.read_tum(harness.groundtruth("map_front"))
+        scale = harness.similarity(harness.pairs(harness.read_tum(os.path.join(self.folder, "trajectory.txt")), truth))[0]
+        assert abs(math.log(scale)) < 2.5 * self.by_objects()["sigma"]
+
+    def test_a_length_that_the_objects_contradict_is_said(self):
+        self.map_scale("--scale-object", "cup=0.04")
+        assert "--scale-object cup=0.04: by the usual sizes of" in self.said.err
+        assert self.by_objects() is None
+
+    def test_none(self):
+        must_run("run", *harness.clip("map_front"), "--to", "250", "--out", self.folder, "--scale", "none")
+        assert harness.read_json(os.path.join(self.folder, "summary.json"))["unit"] == "arbitrary"
 
     def test_from_an_object(self):
         truth = harness.read_json(os.path.join(harness.SAMPLE, "map_front", "objects_gt.json"))["objects"]
@@ -130,7 +159,8 @@ class TestMetricScale:
     def test_bad_settings_are_refused_at_once(self):
         for options, words in ((("--scale-object", "cupp=0.1"), '"cup"'), (("--scale-object", "cup"), "CLASS=HEIGHT_M"),
                                (("--scale-object", "cup=tall"), "not a number"), (("--scale-object", "cup=0"), "0.001 to 10000"),
-                               (("--scale-from", "gt"), "--groundtruth"), (("--scale-from", "3=1"), "T1:T2=METRES")):
+                               (("--scale-from", "gt"), "--groundtruth"), (("--scale-from", "3=1"), "T1:T2=METRES"),
+                               (("--scale", "half"), "{auto,none}"), (("--scale", "auto", "--scale-object", "cup=0.1"), "--scale excludes --scale-object")):
             outcome = oaslam("run", *harness.clip("map_front"), "--out", os.path.join(self.folder, "out"), *options)
             assert outcome.code != 0, options
             assert words in outcome.err

@@ -136,6 +136,14 @@ struct Object {
   bool known_by_landmarks = false;
 };
 
+// What the metre follows from where it was not given: the usual sizes of the map's objects.
+struct UnitByObjects {
+  double relative_sigma = 0;     // standard deviation of the metre, divided by it
+  int objects = 0, classes = 0;  // that agreed
+
+  bool operator==(const UnitByObjects&) const = default;
+};
+
 // The map is a value: a copy is a snapshot (Table). Only the mapper writes to it; every edit keeps
 // both sides of an observation consistent. The world frame is the odometry's, or else that of the
 // first keyframe; the unit is arbitrary (monocular) unless the map was scaled.
@@ -151,9 +159,11 @@ struct Map {
   // The number of keyframes whose measured gravity determined `up`; 0: it follows from how the
   // camera was held.
   int up_keyframes = 0;
-  uint64_t version = 0;                   // of the snapshot
-  int loops_closed = 0;                   // since the map was made or loaded
-  bool is_metric = false;                 // the unit is the metre; else arbitrary
+  uint64_t version = 0;    // of the snapshot
+  int loops_closed = 0;    // since the map was made or loaded
+  bool is_metric = false;  // the unit is the metre; else arbitrary
+  // Of a metric map: what its metre follows from; nothing where it was given.
+  std::optional<UnitByObjects> unit_by_objects{};
   ClassRelations classes;                 // which classes move, and which are parts of which
   std::map<std::string, Anchor> anchors;  // by name
 

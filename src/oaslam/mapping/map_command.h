@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -56,6 +57,7 @@ struct AdoptAdjustment {};
 // The caller must scale the tracker, too.
 struct MetricScale {
   double metres_per_unit = 1;
+  std::optional<UnitByObjects> by_objects{};
 };
 
 // Replaces all anchors.

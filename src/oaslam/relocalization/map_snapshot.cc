@@ -6,6 +6,7 @@
 
 #include "oaslam/anchors/editing.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/objects/scale_estimate.h"
 #include "oaslam/relocalization/snapshot_content.h"
 
 namespace oaslam {
@@ -127,6 +128,13 @@ bool MapSnapshot::is_up_measured() const {
   return content_->map->up && content_->map->up_keyframes > 0;
 }
 bool MapSnapshot::is_metric() const { return content_->map->is_metric; }
+double MapSnapshot::unit_sigma() const {
+  const auto& by_objects = content_->map->unit_by_objects;
+  return by_objects ? by_objects->relative_sigma : 0;
+}
+ScaleEstimate MapSnapshot::EstimateScale() const {
+  return oaslam::EstimateScale(*content_->map, *content_->names);
+}
 uint64_t MapSnapshot::version() const { return content_->version; }
 std::vector<AnchorPose> MapSnapshot::Anchors() const { return PosesOf(*content_->map); }
 

@@ -157,6 +157,33 @@ TEST_F(MapFileTest, KeepsRecordings) {
   EXPECT_THAT(refusal("name = 'x' WHERE number = 1"), HasSubstr("checksum"));
 }
 
+TEST_F(MapFileTest, KeepsWhatTheMetreFollowsFrom) {
+  SavedMap saved = MakeMap();
+  saved.map.unit_by_objects = {.relative_sigma = 0.0625, .objects = 11, .classes = 7};
+  SaveMap(folder / "a.map", saved);
+  EXPECT_FALSE(LoadMap(folder / "a.map").map.unit_by_objects) << "its unit is arbitrary";
+  saved.map.is_metric = true;
+  SaveMap(folder / "a.map", saved);
+  const SavedMap loaded = LoadMap(folder / "a.map");
+  EXPECT_TRUE(loaded.map.is_metric);
+  EXPECT_EQ(loaded.map.unit_by_objects, saved.map.unit_by_objects);
+  for (const char* change : {"DELETE FROM meta WHERE key = 'unit'",
+                             "UPDATE meta SET value = -1 WHERE key = 'unit_sigma'",
+                             "UPDATE meta SET value = 0 WHERE key = 'unit_objects'"})
+    EXPECT_THAT(ErrorAfter(saved, change), HasSubstrs("a.map", "meta")) << change;
+}
+
+// Format 9 did not say what the metre follows from: it had been given.
+TEST_F(MapFileTest, ReadsFormat9) {
+  SavedMap saved = MakeMap();
+  saved.map.is_metric = true;
+  SaveMap(folder / "a.map", saved);
+  Change("PRAGMA user_version = 9");
+  const SavedMap loaded = LoadMap(folder / "a.map");
+  EXPECT_TRUE(loaded.map.is_metric);
+  EXPECT_FALSE(loaded.map.unit_by_objects);
+}
+
 // A map whose times are those of one film.
 SavedMap MapOfOneFilm() {
   SavedMap saved = MakeMap();

@@ -131,6 +131,19 @@ std::shared_ptr<const Features> ReadFeatures(RowReader& row, LearnedDescriptors 
   return features;
 }
 
+void ReadUnitByObjects(const std::string& key, RowReader& rows, UnitByObjects& unit) {
+  if (key == "unit_classes") {
+    unit.classes = rows.Int(1);
+  } else if (key == "unit_objects") {
+    unit.objects = rows.Int(1);
+  } else if (key == "unit_sigma") {
+    unit.relative_sigma = rows.Real();
+    if (unit.relative_sigma < 0) rows.Refuse("a standard deviation below 0");
+  } else {
+    rows.Refuse(fmt::format("key \"{}\" is not known", key));
+  }
+}
+
 }  // namespace
 
 void ReadMeta(SQLite::Database& database, Checksum& checksum, Map& map) {
@@ -150,6 +163,9 @@ void ReadMeta(SQLite::Database& database, Checksum& checksum, Map& map) {
       if (const std::string unit = rows.Text(); unit != "metre")
         rows.Refuse(fmt::format("unit \"{}\", allowed: metre", unit));
       map.is_metric = true;
+    } else if (map.is_metric && key.starts_with("unit_")) {
+      if (!map.unit_by_objects) map.unit_by_objects.emplace();
+      ReadUnitByObjects(key, rows, *map.unit_by_objects);
     } else if (key == "movable") {
       map.classes.movable = ReadMovable(rows);
     } else if (key == "parts") {

@@ -284,9 +284,9 @@ void Atlas::SetMapping(bool enabled) {
   mapping_ = enabled;
 }
 
-void Atlas::SetMetresPerUnit(double metres) {
+void Atlas::SetMetresPerUnit(double metres, const std::optional<UnitByObjects>& by_objects) {
   EndGrowing();
-  main().ScaleToMetres(metres);
+  main().ScaleToMetres(metres, by_objects);
 }
 
 void Atlas::ForceRelocalization(const std::optional<Rigid3>& near) {

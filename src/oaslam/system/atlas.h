@@ -71,8 +71,8 @@ class Atlas {
   void SetRelocalizationMode(RelocalizationMode mode) { mode_ = mode; }
   void SetMapping(bool enabled);
   void ForceRelocalization(const std::optional<Rigid3>& near);
-  // Scales the main submap to metres.
-  void SetMetresPerUnit(double metres);
+  // Scales the main submap to metres. `by_objects`: as for Session::ScaleToMetres.
+  void SetMetresPerUnit(double metres, const std::optional<UnitByObjects>& by_objects = {});
   void SetClassRelations(const ClassRelations& relations);
 
   bool IsInitializing() const {

@@ -137,6 +137,13 @@ void TakeUnitOf(const Map& metric, SavedMap& merged) {
   merged.map.Scale(factor);
   for (FramePose& pose : merged.trajectory) pose.cam_from_reference.translation *= factor;
   merged.map.is_metric = true;
+  merged.map.unit_by_objects = metric.unit_by_objects;
+}
+
+// How wrong the metre of a map may be.
+double SigmaOfUnit(const Map& map) {
+  if (!map.is_metric) return std::numeric_limits<double>::infinity();
+  return map.unit_by_objects ? map.unit_by_objects->relative_sigma : 0;
 }
 
 }  // namespace
@@ -170,7 +177,7 @@ MapMerging MergeMaps(const SavedMap& a, const SavedMap& b, RelocalizationMode mo
   SetClassRelations(relations, merged.map);
   OptimizeSubmap(config, merged.map);
   if (a.map.is_metric || b.map.is_metric)
-    TakeUnitOf(a.map.is_metric ? here.map : joining.map, merged);
+    TakeUnitOf(SigmaOfUnit(a.map) <= SigmaOfUnit(b.map) ? here.map : joining.map, merged);
   for (const Submap& submap : b.submaps) merged.submaps.push_back(Renumbered(submap, numbers));
   for (Submap& submap : merged.submaps) SetClassRelations(relations, submap.map);
   std::ranges::stable_sort(merged.submaps, std::greater(),

@@ -101,6 +101,21 @@ TEST_F(MapMergingTest, TheMetreOfEitherIsTheUnit) {
   EXPECT_NEAR((center(0) - center(9)).norm(), 2.5 * true_way, 0.02 * 2.5 * true_way);
 }
 
+TEST_F(MapMergingTest, TheMetreThatIsKnownBestIsTheUnit) {
+  const UnitByObjects rough{.relative_sigma = .1, .objects = 4, .classes = 3},
+      good{.relative_sigma = .06, .objects = 11, .classes = 7};
+  const auto unit_of = [&](std::optional<UnitByObjects> of_a, std::optional<UnitByObjects> of_b) {
+    SavedMap a = a_, b = b_;
+    a.map.is_metric = b.map.is_metric = true;
+    a.map.unit_by_objects = of_a;
+    b.map.unit_by_objects = of_b;
+    return MergeMaps(a, b, kBoth, {}).merged->map.unit_by_objects;
+  };
+  EXPECT_EQ(unit_of(rough, good), good);
+  EXPECT_EQ(unit_of(good, rough), good);
+  EXPECT_EQ(unit_of(good, std::nullopt), std::nullopt);
+}
+
 TEST_F(MapMergingTest, TwoRoomsStayApart) {
   const SavedMap elsewhere =
       MapOf(synthetic::MakeWorld({.points = 800, .seed = 9}), -30, 5, there_, 3);

@@ -43,10 +43,10 @@ void Session::SubmitRest(MapEdit edit) {
   SubmitAndWait(std::move(rest));
 }
 
-void Session::ScaleToMetres(double factor) {
+void Session::ScaleToMetres(double factor, const std::optional<UnitByObjects>& by_objects) {
   SubmitRest();
   if (failure()) return;
-  Submit(MetricScale{factor});
+  Submit(MetricScale{factor, by_objects});
   if (!failure()) tracker_.Scale(factor);
 }
 

@@ -31,7 +31,8 @@ class Session {
   // The same with the observations since the last command.
   void SubmitRest(MapEdit edit = {});
   // Waits until everything seen is in the map, then scales map and tracker to metres.
-  void ScaleToMetres(double factor);
+  // `by_objects`: what the factor follows from; nothing where it was given.
+  void ScaleToMetres(double factor, const std::optional<UnitByObjects>& by_objects);
   // Adds another submap to the map and waits for the mapper. Returns false where mapping has
   // failed.
   bool Join(const Map& other, const Similarity& world_from_other);

@@ -118,21 +118,13 @@ void Slam::Finish() {
   if (!impl_->has_told_failure_) impl_->ExpectMapping();
 }
 
-void Slam::SetMetresPerUnit(double metres) {
-  if (!(std::isfinite(metres) && metres > 0))
-    throw BadInput("metres per unit: {}, allowed: above 0 and finite", metres);
-  impl_->ExpectMapping();
-  if (impl_->session().Newest()->keyframes.empty())
-    throw InputError("metres per unit: there is no map yet that has a unit");
-  impl_->atlas_->SetMetresPerUnit(metres);
-  if (!impl_->session().failure()) {
-    for (FramePose& pose : impl_->loaded_trajectory_) pose.cam_from_reference.translation *= metres;
-    impl_->trails_ = {};
-    impl_->BeginWorld();
-    impl_->newest_.ScaleLengths(metres);
-    impl_->PostChange();
-  }
-  impl_->ExpectMapping();
+void Slam::SetMetresPerUnit(double metres) { impl_->SetMetresPerUnit(metres, std::nullopt); }
+
+void Slam::SetMetresPerUnit(const ScaleEstimate& estimate) {
+  if (!estimate.success) throw InputError("metres per unit: not known: " + estimate.why_not);
+  impl_->SetMetresPerUnit(
+      estimate.metres_per_unit,
+      UnitByObjects{estimate.relative_sigma, estimate.objects, estimate.classes});
 }
 
 std::vector<StampedPose> Slam::Trajectory() const {

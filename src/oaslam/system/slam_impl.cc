@@ -323,4 +323,21 @@ AnchorReport Slam::Impl::ChangeAnchors(
   return report;
 }
 
+void Slam::Impl::SetMetresPerUnit(double metres, const std::optional<UnitByObjects>& by_objects) {
+  if (!(std::isfinite(metres) && metres > 0))
+    throw BadInput("metres per unit: {}, allowed: above 0 and finite", metres);
+  ExpectMapping();
+  if (session().Newest()->keyframes.empty())
+    throw InputError("metres per unit: there is no map yet that has a unit");
+  atlas_->SetMetresPerUnit(metres, by_objects);
+  if (!session().failure()) {
+    for (FramePose& pose : loaded_trajectory_) pose.cam_from_reference.translation *= metres;
+    trails_ = {};
+    BeginWorld();
+    newest_.ScaleLengths(metres);
+    PostChange();
+  }
+  ExpectMapping();
+}
+
 }  // namespace oaslam

@@ -61,6 +61,8 @@ class OASLAM_LOCAL Slam::Impl {
   // Posts the map to other threads after a change by another call than Process, with the newest
   // image's pose in it.
   void PostChange();
+  // Slam::SetMetresPerUnit; `by_objects`: what the metre follows from, nothing where it was given.
+  void SetMetresPerUnit(double metres, const std::optional<UnitByObjects>& by_objects);
 
   SlamConfig config_;
   Camera camera_;

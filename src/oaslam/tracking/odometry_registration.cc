@@ -18,7 +18,7 @@ bool KnowsWay(const Frame& frame) { return frame.motion && !frame.motion->is_pre
 
 // The length of the odometry's unit in units of the map, by points with a depth that lie on mapped
 // objects; nothing where these are few.
-std::optional<double> UnitByObjects(const Frame& frame, const Rigid3& cam_from_map,
+std::optional<double> UnitOnObjects(const Frame& frame, const Rigid3& cam_from_map,
                                     const Map& map) {
   constexpr double kInner = 0.5;  // of the squared radius: beyond is the background, too
   constexpr size_t kLeast = 10;
@@ -59,7 +59,7 @@ void OdometryRegistration::Add(const Frame& frame, const Relocalization& in_map,
   if (frame.motion->run != run_) sights_.clear();
   run_ = frame.motion->run;
   sights_.push_back({frame.timestamp, frame.motion->cam_from_odom, in_map.cam_from_world, sigma,
-                     unit ? unit : UnitByObjects(frame, in_map.cam_from_world, map)});
+                     unit ? unit : UnitOnObjects(frame, in_map.cam_from_world, map)});
   if (sights_.size() > kMost) sights_.erase(sights_.begin());
 }
 

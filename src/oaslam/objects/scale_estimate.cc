@@ -1,0 +1,414 @@
+#include "oaslam/objects/scale_estimate.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <set>
+#include <span>
+#include <vector>
+
+#include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/objects/object_model.h"
+#include "oaslam/objects/usual_sizes.h"
+#include "oaslam/util/median.h"
+
+namespace oaslam {
+namespace {
+
+// All scales are logarithms of metres per unit, all sigmas and variances those of logarithms.
+
+// Boxes of a detector are all a little too wide, or too narrow; no ellipsoid of an object is
+// better.
+constexpr double kBoxSigma = .05;
+// What all objects of a map have in common: the detector's boxes, and whose things they are.
+constexpr double kCommonSigma = .05;
+// How alike the deviations are of the three sides of a thing, and of the things of one class in one
+// place, where they were bought together.
+constexpr double kAlike = .5;
+// The share of objects, and of whole classes, that are not what their label says, or only half
+// seen.
+constexpr double kOtherObject = .15, kOtherClass = .1;
+// Such a thing may be anything from a twentieth to twenty times the size.
+const double kOtherDensity = 1 / (2 * std::log(20.0));
+// Beyond so many sigmas an object does not agree.
+constexpr double kAgree = 2.5;
+// Width and height of a whole thing agree better than this, in sigmas.
+constexpr double kWhole = 3;
+constexpr int kLeastObjects = 3, kLeastClasses = 3;
+// The scales about the most likely one that count as the same answer, and the least probability
+// that the answer is among them.
+constexpr double kSameAnswer = .4, kLeastProbability = .95;
+// As high as a tall man can hold a camera (DIN 33402-2: his fist reaches 2.2 m).
+constexpr double kReach_m = 2.2;
+// The share of landmarks that may be below the floor: mirrored or wrong.
+constexpr double kBelowFloor = .02;
+constexpr size_t kEnoughLandmarks = 200;
+
+double Gaussian(double x, double variance) {
+  return std::exp(-.5 * x * x / variance) / std::sqrt(2 * std::numbers::pi * variance);
+}
+
+// What one object says about the scale.
+struct Witness {
+  int category_id = 0;
+  double scale = 0;
+  double class_variance = 0;  // of the sizes of its class
+  double own_variance = 0;    // of its ellipsoid
+
+  double Variance() const { return class_variance + own_variance; }
+};
+
+using Witnesses = std::vector<Witness>;
+
+// The axes of an object in the world, in the order length, depth, height of its class.
+Eigen::Matrix3d AxesOf(const Ellipsoid& ellipsoid, const UsualSize& size,
+                       const Eigen::Vector3d& up) {
+  const Eigen::Matrix3d scaled = ScaledAxes(ellipsoid);
+  const Eigen::Matrix3d shape = scaled * scaled.transpose();
+  if (size.lies_anyhow) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> sorted(shape);
+    return sorted.eigenvectors().rowwise().reverse();
+  }
+  const Eigen::Vector3d level = up.unitOrthogonal();
+  Eigen::Matrix<double, 3, 2> ground;
+  ground << level, up.cross(level);
+  const Eigen::Matrix2d shadow = ground.transpose() * shape * ground;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> sorted(shadow);
+  Eigen::Matrix3d axes;
+  axes << ground * sorted.eigenvectors().col(1), ground * sorted.eigenvectors().col(0), up;
+  return axes;
+}
+
+// How much each side adds to the extent of a solid along a direction.
+Eigen::Vector3d SharesOfSides(Solid solid, const Eigen::Vector3d& sides_along) {
+  switch (solid) {
+    case Solid::kBox:
+      return sides_along;
+    case Solid::kCylinder: {
+      const double across = std::max(sides_along.head<2>().norm(), 1e-12);
+      return {sides_along.x() * sides_along.x() / across,
+              sides_along.y() * sides_along.y() / across, sides_along.z()};
+    }
+    case Solid::kBall:
+      return sides_along.cwiseAbs2() / std::max(sides_along.norm(), 1e-12);
+  }
+  return sides_along;
+}
+
+// Width and height of an object in the images that showed it: of its ellipsoid, and of a thing of
+// the usual size at its place.
+struct Extents {
+  Eigen::Vector2d scale = Eigen::Vector2d::Zero();  // log of the usual extent / the ellipsoid's
+  // How much the logarithm of an extent changes with those of the usual sides, and of the
+  // ellipsoid's half axes.
+  Eigen::Matrix<double, 2, 3> by_sides = Eigen::Matrix<double, 2, 3>::Zero();
+  Eigen::Matrix<double, 2, 3> by_half_axes = Eigen::Matrix<double, 2, 3>::Zero();
+};
+
+std::optional<Extents> MeanExtents(const Ellipsoid& ellipsoid, const UsualSize& size,
+                                   const Eigen::Vector3d& up, std::span<const BoxView> views) {
+  const Eigen::Matrix3d axes = AxesOf(ellipsoid, size, up), scaled = ScaledAxes(ellipsoid);
+  const Eigen::Vector3d sides(size.length.Median(), size.depth.Median(), size.height.Median());
+  Extents sum;
+  int count = 0;
+  for (const BoxView& view : views) {
+    const Eigen::Vector3d center = view.cam_from_world * ellipsoid.center;
+    if (center.z() <= 0) continue;
+    const Eigen::Vector3d sight = center.normalized(),
+                          right = Eigen::Vector3d::UnitY().cross(sight).normalized(),
+                          down = sight.cross(right);
+    const Eigen::Matrix3d world_from_cam =
+        view.cam_from_world.rotation.conjugate().toRotationMatrix();
+    for (int i = 0; i < 2; ++i) {
+      const Eigen::Vector3d direction = world_from_cam * (i == 0 ? right : down);
+      const Eigen::Vector3d shares =
+          SharesOfSides(size.solid, (axes.transpose() * direction).cwiseAbs().cwiseProduct(sides));
+      const Eigen::Vector3d half = (scaled.transpose() * direction).cwiseAbs2();
+      sum.scale[i] += std::log(shares.sum() / (2 * std::sqrt(half.sum())));
+      sum.by_sides.row(i) += shares.transpose() / shares.sum();
+      sum.by_half_axes.row(i) += half.transpose() / half.sum();
+    }
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return Extents{sum.scale / count, sum.by_sides / count, sum.by_half_axes / count};
+}
+
+Eigen::Matrix3d CovarianceOfSides(const UsualSize& size) {
+  const Eigen::Vector3d sigmas(size.length.LogSigma(), size.depth.LogSigma(),
+                               size.height.LogSigma());
+  const Eigen::Matrix3d alike =
+      Eigen::Matrix3d::Constant(kAlike) + (1 - kAlike) * Eigen::Matrix3d::Identity().eval();
+  return sigmas.asDiagonal() * alike * sigmas.asDiagonal();
+}
+
+// Nothing where the ellipsoid is not that of a whole thing of this class.
+std::optional<Witness> WitnessOf(const Map& map, const Object& object, const UsualSize& size) {
+  const std::vector<BoxView> views = ViewsOf(map, object.observations);
+  const auto extents = MeanExtents(object.ellipsoid, size, *map.up, views);
+  if (!extents) return std::nullopt;
+  const Eigen::Matrix2d of_class =
+      extents->by_sides * CovarianceOfSides(size) * extents->by_sides.transpose();
+  const Eigen::Matrix2d own = extents->by_half_axes * object.covariance.block<3, 3>(3, 3) *
+                                  extents->by_half_axes.transpose() +
+                              kBoxSigma * kBoxSigma * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d both = of_class + own;
+  const double difference = extents->scale[0] - extents->scale[1];
+  const double variance_of_difference = both(0, 0) + both(1, 1) - 2 * both(0, 1);
+  if (difference * difference > kWhole * kWhole * variance_of_difference) return std::nullopt;
+  const Eigen::Matrix2d information = both.inverse();
+  Eigen::Vector2d weights = information.rowwise().sum().cwiseMax(0);
+  weights /= weights.sum();
+  return Witness{object.category_id, weights.dot(extents->scale), weights.dot(of_class * weights),
+                 weights.dot(own * weights)};
+}
+
+Witnesses WitnessesOf(const Map& map, const std::map<int, std::string>& names) {
+  Witnesses witnesses;
+  map.objects.ForEach([&](ObjectId, const Object& object) {
+    if (object.state != ObjectState::kMapped) return;
+    const auto name = names.find(object.category_id);
+    const UsualSize* size = name == names.end() ? nullptr : FindUsualSize(name->second);
+    if (!size) return;
+    if (const auto witness = WitnessOf(map, object, *size)) witnesses.push_back(*witness);
+  });
+  return witnesses;
+}
+
+std::set<int> ClassesOf(const Witnesses& witnesses) {
+  std::set<int> classes;
+  for (const Witness& witness : witnesses) classes.insert(witness.category_id);
+  return classes;
+}
+
+// Those of these classes, or those of all others.
+Witnesses Chosen(const Witnesses& witnesses, const std::set<int>& classes, bool are_in) {
+  Witnesses chosen;
+  for (const Witness& witness : witnesses)
+    if (classes.contains(witness.category_id) == are_in) chosen.push_back(witness);
+  return chosen;
+}
+
+// Scales at equal distances, and what is said of each.
+constexpr double kStep = .01;
+
+struct Grid {
+  double first = 0;
+  size_t size = 0;
+
+  double At(size_t i) const { return first + kStep * static_cast<double>(i); }
+};
+
+// Convolves a function on the grid, which goes on with the values at its ends, with a Gaussian.
+std::vector<double> Smoothed(const std::vector<double>& values, double variance) {
+  const int reach = std::max(1, static_cast<int>(std::ceil(4 * std::sqrt(variance) / kStep)));
+  std::vector<double> kernel;
+  double sum = 0;
+  for (int k = -reach; k <= reach; ++k) sum += kernel.emplace_back(Gaussian(k * kStep, variance));
+  const int last = static_cast<int>(values.size()) - 1;
+  std::vector<double> smooth(values.size(), 0);
+  for (int i = 0; i <= last; ++i)
+    for (int k = -reach; k <= reach; ++k)
+      smooth[static_cast<size_t>(i)] += kernel[static_cast<size_t>(k + reach)] / sum *
+                                        values[static_cast<size_t>(std::clamp(i + k, 0, last))];
+  return smooth;
+}
+
+// Log-likelihood of each scale by the objects of one class. Their sizes differ from the usual one
+// together, as things of one household do, and each by itself.
+std::vector<double> LogLikelihoodOfClass(const Witnesses& same_class, const Grid& grid) {
+  std::vector<double> log_each(grid.size, 0);
+  double class_variance = 0;
+  for (const Witness& witness : same_class) {
+    class_variance += witness.class_variance / static_cast<double>(same_class.size());
+    const double variance = witness.own_variance + (1 - kAlike) * witness.class_variance;
+    for (size_t i = 0; i < grid.size; ++i)
+      log_each[i] += std::log((1 - kOtherObject) * Gaussian(witness.scale - grid.At(i), variance) +
+                              kOtherObject * kOtherDensity);
+  }
+  const double largest = std::ranges::max(log_each);
+  for (double& value : log_each) value = std::exp(value - largest);
+  std::vector<double> likelihood = Smoothed(log_each, kAlike * class_variance);
+  const double other =
+      std::exp(static_cast<double>(same_class.size()) * std::log(kOtherDensity) - largest);
+  for (double& value : likelihood)
+    value = std::log((1 - kOtherClass) * value + kOtherClass * other);
+  return likelihood;
+}
+
+struct Posterior {
+  double mode = 0, mean = 0, sigma = 0;
+  double probability = 0;  // that the scale is near the mode
+};
+
+Posterior PosteriorOf(const Witnesses& witnesses) {
+  const auto [least, most] = std::ranges::minmax(witnesses, {}, &Witness::scale);
+  const Grid grid{least.scale - 1,
+                  static_cast<size_t>(std::ceil((most.scale - least.scale + 2) / kStep))};
+  std::vector<double> log_likelihood(grid.size, 0);
+  for (const int category_id : ClassesOf(witnesses)) {
+    const std::vector<double> of_class =
+        LogLikelihoodOfClass(Chosen(witnesses, {category_id}, true), grid);
+    for (size_t i = 0; i < grid.size; ++i) log_likelihood[i] += of_class[i];
+  }
+  const auto best = std::ranges::max_element(log_likelihood);
+  Posterior posterior;
+  posterior.mode = grid.At(static_cast<size_t>(best - log_likelihood.begin()));
+  double all = 0, near = 0, first = 0, second = 0;
+  for (size_t i = 0; i < grid.size; ++i) {
+    const double weight = std::exp(log_likelihood[i] - *best);
+    const double offset = grid.At(i) - posterior.mode;
+    all += weight;
+    if (std::abs(offset) > kSameAnswer) continue;
+    near += weight;
+    first += weight * offset;
+    second += weight * offset * offset;
+  }
+  const double mean_offset = first / near;
+  posterior.mean = posterior.mode + mean_offset;
+  posterior.sigma = std::sqrt(std::max(second / near - mean_offset * mean_offset, 0.0) +
+                              kCommonSigma * kCommonSigma);
+  posterior.probability = near / all;
+  return posterior;
+}
+
+// Those that agree with a scale.
+struct Agreement {
+  std::set<int> classes;  // at least half of whose objects do
+  int objects = 0;
+};
+
+Agreement AgreementWith(double scale, double sigma, const Witnesses& witnesses) {
+  Agreement agreement;
+  std::map<int, int> balance;
+  for (const Witness& witness : witnesses) {
+    const double variance = witness.Variance() + sigma * sigma;
+    const bool agrees = std::abs(witness.scale - scale) < kAgree * std::sqrt(variance);
+    agreement.objects += agrees;
+    balance[witness.category_id] += agrees ? 1 : -1;
+  }
+  for (const auto& [category_id, more] : balance)
+    if (more >= 0) agreement.classes.insert(category_id);
+  return agreement;
+}
+
+// "2 objects of 1 class", "3 objects of 3 classes".
+std::string Counted(size_t objects, size_t classes) {
+  return fmt::format("{} object{} of {} class{}", objects, objects == 1 ? "" : "s", classes,
+                     classes == 1 ? "" : "es");
+}
+
+// Why classes that do not agree with the scale are a reason not to believe it; empty where they are
+// not: they are few, or agree neither with it nor with each other.
+std::string WhyRefuted(const Witnesses& witnesses, const Posterior& posterior,
+                       const Agreement& agreement) {
+  const Witnesses others = Chosen(witnesses, agreement.classes, false);
+  const size_t all = ClassesOf(witnesses).size();
+  if (2 * agreement.classes.size() <= all)
+    return fmt::format("the objects disagree: only those of {} of {} classes are of usual sizes",
+                       agreement.classes.size(), all);
+  if (others.empty()) return "";
+  const double rival = PosteriorOf(others).mode;
+  const size_t rivals = AgreementWith(rival, kCommonSigma, others).classes.size();
+  const Witnesses ours = Chosen(witnesses, agreement.classes, true);
+  // Classes of which sizes differ much agree with both.
+  const size_t decided =
+      agreement.classes.size() - AgreementWith(rival, kCommonSigma, ours).classes.size();
+  if (rivals < 2 || 2 * decided >= 3 * rivals) return "";
+  return fmt::format(
+      "the objects disagree: those of {} classes are {:.2f} times as large as those of {} "
+      "others, if all are of usual sizes",
+      rivals, std::exp(posterior.mode - rival), agreement.classes.size());
+}
+
+double QuantileOf(std::vector<double> values, double share) {
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, at);
+  return *at;
+}
+
+// How high above the floor the camera was held, in the median; nothing where the map does not show.
+std::optional<double> CameraHeight(const Map& map) {
+  if (!map.up || map.landmarks.size() < kEnoughLandmarks || map.keyframes.empty())
+    return std::nullopt;
+  std::vector<double> landmarks, cameras;
+  map.landmarks.ForEach([&](LandmarkId, const Landmark& landmark) {
+    landmarks.push_back(landmark.position.dot(*map.up));
+  });
+  map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
+    cameras.push_back(keyframe.cam_from_world.OriginInSource().dot(*map.up));
+  });
+  return Median(std::move(cameras)) - QuantileOf(std::move(landmarks), kBelowFloor);
+}
+
+// Why a map with this unit is odd; empty where it is not.
+std::string WhyOdd(const Map& map, const Posterior& posterior) {
+  const std::optional<double> units = CameraHeight(map);
+  if (!units) return "";
+  const double metres = *units * std::exp(posterior.mean);
+  if (metres * std::exp(-posterior.sigma) < kReach_m) return "";
+  return fmt::format(
+      "the camera would have been {:.1f} m above the floor: models of things, or seen "
+      "from where nobody stands",
+      metres);
+}
+
+std::string WhyNot(const Map& map, const Witnesses& witnesses, const Posterior& posterior,
+                   const Agreement& agreement) {
+  if (agreement.objects < kLeastObjects || agreement.classes.size() < kLeastClasses)
+    return fmt::format("{} agree, it takes {}",
+                       Counted(static_cast<size_t>(agreement.objects), agreement.classes.size()),
+                       Counted(kLeastObjects, kLeastClasses));
+  if (std::string why = WhyRefuted(witnesses, posterior, agreement); !why.empty()) return why;
+  if (posterior.probability < kLeastProbability)
+    return "the objects disagree: more than one unit explains their sizes";
+  return WhyOdd(map, posterior);
+}
+
+}  // namespace
+
+ScaleEstimate EstimateScale(const Map& map, const std::map<int, std::string>& names) {
+  ScaleEstimate estimate;
+  if (!map.up) {
+    estimate.why_not = "its vertical is not known";
+    return estimate;
+  }
+  const Witnesses witnesses = WitnessesOf(map, names);
+  if (const size_t classes = ClassesOf(witnesses).size();
+      witnesses.size() < kLeastObjects || classes < kLeastClasses) {
+    estimate.why_not =
+        fmt::format("{} have a usual size, it takes {}", Counted(witnesses.size(), classes),
+                    Counted(kLeastObjects, kLeastClasses));
+    return estimate;
+  }
+  const Posterior posterior = PosteriorOf(witnesses);
+  const Agreement agreement = AgreementWith(posterior.mode, posterior.sigma, witnesses);
+  estimate.metres_per_unit = std::exp(posterior.mean);
+  estimate.relative_sigma = posterior.sigma;
+  estimate.objects = agreement.objects;
+  estimate.classes = static_cast<int>(agreement.classes.size());
+  estimate.why_not = WhyNot(map, witnesses, posterior, agreement);
+  estimate.success = estimate.why_not.empty();
+  return estimate;
+}
+
+std::string ContradictionOfUnit(const ScaleEstimate& estimate) {
+  constexpr double kContradicts = 3;  // sigmas
+  if (!estimate.success ||
+      std::abs(std::log(estimate.metres_per_unit)) < kContradicts * estimate.relative_sigma)
+    return "";
+  return fmt::format(
+      "by the usual sizes of {} a metre of it is {:.2f} +- {:.2f} m: models of things, or "
+      "a wrong length",
+      Counted(static_cast<size_t>(estimate.objects), static_cast<size_t>(estimate.classes)),
+      estimate.metres_per_unit, estimate.metres_per_unit * estimate.relative_sigma);
+}
+
+}  // namespace oaslam

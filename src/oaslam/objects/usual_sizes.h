@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string_view>
+
+namespace oaslam {
+
+// Metres between which nine of ten things are.
+struct UsualRange {
+  double least = 0, most = 0;
+
+  double Median() const;    // of a log-normal distribution
+  double LogSigma() const;  // the standard deviation of its logarithm
+};
+
+// What a detector draws its box around.
+enum class Solid {
+  kBox,       // with corners
+  kCylinder,  // upright; of an elliptic outline where length and depth differ
+  kBall,      // an ellipsoid
+};
+
+// How large the things of a class usually are.
+struct UsualSize {
+  std::string_view name;             // of the class
+  UsualRange length, depth, height;  // length: the longer side on the ground
+  Solid solid = Solid::kBox;
+  // It is put down in any orientation: length, depth and height are only the longest, the middle
+  // and the shortest side.
+  bool lies_anyhow = false;
+};
+
+// Of a class of COCO, or of another detector's class that is the same thing; null where such things
+// are of any size.
+const UsualSize* FindUsualSize(std::string_view class_name);
+
+}  // namespace oaslam
