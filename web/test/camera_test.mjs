@@ -196,7 +196,7 @@ test("two images a second are sent where the place is sure, more where it is not
   const service = new Service();
   service.slow = 100;
   const page = await openAndStart(service);
-  await page.waitForFunction(() => window.oaslam.session.stream.ids > 5);
+  await until(() => service.images.length > 5 && service.images.at(-1).motion);
   const first = service.images[0];
   assert.equal(first.camera, "auto");
   assert.ok(first.id === 1 && first.time > 0 && first.gravity === undefined && first.motion === undefined);
