@@ -1,5 +1,5 @@
 // The live picture behind the content, without the distortion of its lens, which content is drawn without, too.
-import { BufferAttribute, BufferGeometry, Camera, LinearFilter, Mesh, Scene, ShaderMaterial, Vector2, Vector4, VideoTexture } from "three";
+import { BufferAttribute, BufferGeometry, Camera, LinearFilter, Mesh, Scene, ShaderMaterial, Vector2, Vector4 } from "three";
 
 const VERTEX = `
 void main() { gl_Position = vec4(position.xy, 0.0, 1.0); }`;
@@ -31,8 +31,9 @@ void main() {
 }`;
 
 export class Backdrop {
-  constructor(video) {
-    this.texture = new VideoTexture(video);
+  /** @param {import("three").Texture} texture of the image */
+  constructor(texture) {
+    this.texture = texture;
     this.texture.minFilter = this.texture.magFilter = LinearFilter;
     this.uniforms = {
       map: { value: this.texture }, area: { value: new Vector4() }, size: { value: new Vector2() }, lens: { value: new Vector4() },
@@ -40,15 +41,22 @@ export class Backdrop {
     };
     // One triangle that covers the canvas.
     const triangle = new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array([-1, -1, 0, 3, -1, 0, -1, 3, 0]), 3));
-    const mesh = new Mesh(triangle, new ShaderMaterial({ uniforms: this.uniforms, vertexShader: VERTEX, fragmentShader: FRAGMENT, depthTest: false, depthWrite: false }));
-    mesh.frustumCulled = false;
+    this.mesh = new Mesh(triangle, new ShaderMaterial({ uniforms: this.uniforms, vertexShader: VERTEX, fragmentShader: FRAGMENT, depthTest: false, depthWrite: false }));
+    this.mesh.frustumCulled = false;
     this.scene = new Scene();
-    this.scene.add(mesh);
+    this.scene.add(this.mesh);
     this.camera = new Camera();
   }
 
   // `area`: where the image is on an element of this height; `ratio`: drawn pixels in a pixel of the element.
   render(renderer, area, height, ratio) {
+    this.cover(area, height, ratio);
+    this.texture.needsUpdate = true;
+    renderer.render(this.scene, this.camera);
+  }
+
+  // Puts the image there when `mesh` is drawn next.
+  cover(area, height, ratio) {
     const { camera, scale, offset } = area;
     const { uniforms } = this;
     const [w, h] = [camera.width * scale, camera.height * scale];
@@ -57,7 +65,5 @@ export class Backdrop {
     uniforms.lens.value.set(camera.fx, camera.fy, camera.cx, camera.cy);
     uniforms.isFisheye.value = camera.model === "fisheye";
     uniforms.k.value = [0, 1, 2, 3, 4].map((i) => camera.distortion?.[i] ?? 0);
-    this.texture.needsUpdate = true;
-    renderer.render(this.scene, this.camera);
   }
 }

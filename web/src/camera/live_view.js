@@ -1,4 +1,4 @@
-import { Vector3, WebGLRenderer } from "three";
+import { Vector3, VideoTexture, WebGLRenderer } from "three";
 import { ArScene } from "../ar_scene.js";
 import { lightAround } from "../content.js";
 import { ImageArea } from "../image_area.js";
@@ -23,7 +23,7 @@ export class LiveView extends ArScene {
     this.canvas = this.renderer.domElement;
     element.prepend(this.canvas);
     lightAround(this.scene, this.renderer, 0.45);
-    this.backdrop = new Backdrop(source.video);
+    this.backdrop = new Backdrop(new VideoTexture(source.video));
     this.names = new Labels(element, "object", () => {});
     for (const part of ["map", "anchors", "restart"]) state.addEventListener(part, () => this.update(part));
     new ResizeObserver(() => this.invalidate()).observe(element);

@@ -1,0 +1,2 @@
+export { ArSession } from "./session.js";
+export { DeviceTracker } from "../device/device_tracker.js";

@@ -1,0 +1,2 @@
+export { ArLayer } from "./ar_layer.js";
+export { Ar, startAr } from "./start_ar.js";
