@@ -35,6 +35,7 @@ function draw({ canvas, context }, video, { width, height }) {
 export class ArSession extends EventTarget {
   /** @type {Awaited<ReturnType<DeviceTracker["process"]>> | null} of the last image */ tracked = null;
   /** @type {HTMLCanvasElement | null} that image, in the camera's size */ picture = null;
+  /** @type {import("../messages").Triple | null} at that image, in the camera's axes; null where the device does not tell */ gravity = null;
   #ended = new AbortController();
   #isBusy = false;
   #gravity = new GravitySensor();

@@ -21,6 +21,7 @@ export function gravityOfMotion({ x, y, z }, isWebKit) {
 }
 
 // From the device's axes to those of the picture of a camera on its back, or with `isFront` beside its screen, where the screen is turned by `angle` degrees.
+/** @returns {import("../messages").Triple} */
 export function toPicture([x, y, z], angle, isFront = false) {
   const [cos, sin] = [Math.cos(angle * RADIAN), Math.sin(angle * RADIAN)];
   const right = x * cos - y * sin;

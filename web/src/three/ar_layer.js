@@ -34,6 +34,7 @@ export class ArLayer extends Group {
   #texture = new CanvasTexture(document.createElement("canvas"));
   #backdrop = new Backdrop(this.#texture);
   #upright = new Quaternion(); // from the world's frame to the layer's
+  #knowsUp = false;
   /** @type {"map" | "odometry" | null} */ #drawn = null; // the world that content stands in
   /** @type {Group} */ #placed = new Group();
   #raycaster = new Raycaster();
@@ -122,6 +123,7 @@ export class ArLayer extends Group {
     this.#drawn = world;
     const { gravity, tracked } = this.session;
     const up = new Vector3(0, -1, 0);
+    this.#knowsUp = world === "map" || Boolean(gravity);
     if (gravity && tracked?.pose) up.fromArray(gravity).negate().normalize().applyQuaternion(new Quaternion().fromArray(tracked.pose.rotation));
     if (world === "map") this.#upright.copy(this.store.upright);
     else this.#upright.setFromUnitVectors(up, UP);
@@ -194,13 +196,16 @@ export class ArLayer extends Group {
   }
 
   /**
-   * Puts an object where a hit is, upright, its front (+z) turned to the camera. It is removed when the odometry begins anew.
+   * Puts an object where a hit is: upright where up is known, as in a map or by gravity, or else on the surface; its front (+z) is turned to the camera.
+   * It is removed when the odometry begins anew.
    * @template {import("three").Object3D} T  @param {T} object  @param {Hit} hit  @returns {T}
    */
-  place(object, { position }) {
+  place(object, { position, normal }) {
     const eye = new Vector3().fromArray(this.session.tracked?.pose?.position ?? [0, 0, 0]).applyQuaternion(this.#upright);
+    const y = (!this.#knowsUp && normal) || UP;
+    const x = new Vector3().crossVectors(y, eye.sub(position)).normalize();
     object.position.copy(position);
-    object.rotation.set(0, Math.atan2(eye.x - position.x, eye.z - position.z), 0);
+    object.quaternion.setFromRotationMatrix(new Matrix4().makeBasis(x, y, new Vector3().crossVectors(x, y)));
     this.#placed.add(object);
     return object;
   }
