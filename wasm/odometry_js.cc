@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "oaslam/features/orb_extractor.h"
 #include "oaslam/geometry/angular_velocity_check.h"
 #include "oaslam/geometry/camera_check.h"
 #include "oaslam/geometry/camera_model.h"
@@ -24,6 +26,10 @@ struct OaslamOdometry {
   std::optional<double> last_s;
   OaslamEstimate estimate{};
   std::vector<float> points;
+  std::vector<double> keyframes;
+  std::unique_ptr<oaslam::OrbExtractor> extractor;  // made for the first features
+  double lowest_scale = 1;
+  std::vector<uint8_t> features;
 };
 
 namespace oaslam {
@@ -85,6 +91,37 @@ void SetPoints(OaslamOdometry& o) {
   o.estimate.points = static_cast<int32_t>(o.points.size() / 3);
 }
 
+void SetKeyframes(const OdometryEstimate& from, OaslamOdometry& o) {
+  o.keyframes.clear();
+  for (const auto& [image, cam_from_odom] : from.keyframes) {
+    const Rigid3 pose = cam_from_odom.Inverse();
+    const Eigen::Vector3d& p = pose.translation;
+    const Eigen::Quaterniond& q = pose.rotation;
+    o.keyframes.insert(o.keyframes.end(), {static_cast<double>(image), p.x(), p.y(), p.z(), q.x(),
+                                           q.y(), q.z(), q.w()});
+  }
+  o.estimate.keyframes = static_cast<int32_t>(from.keyframes.size());
+}
+
+void Append(const void* data, size_t size, std::vector<uint8_t>& to) {
+  const auto* bytes = static_cast<const uint8_t*>(data);
+  to.insert(to.end(), bytes, bytes + size);
+}
+
+void SetFeatures(const Features& from, std::vector<uint8_t>& to) {
+  to.clear();
+  for (const Keypoint& k : from.keypoints) {
+    const float values[] = {k.px.x(), k.px.y(), k.angle_rad};
+    Append(values, sizeof(values), to);
+  }
+  for (const Keypoint& k : from.keypoints) to.push_back(k.octave);
+  for (const Descriptor& d : from.descriptors) Append(d.data(), sizeof(d), to);
+}
+
+GreyImage LastImage(const OaslamOdometry& o) {
+  return {o.grey.data(), o.camera.width, o.camera.width, o.camera.height};
+}
+
 }  // namespace
 }  // namespace oaslam
 
@@ -134,14 +171,29 @@ const OaslamEstimate* oaslam_odometry_process(OaslamOdometry* o, double time_s, 
   if (!o->problem.empty()) return nullptr;
   o->last_s = time_s;
   if (is_rgba) oaslam::ToGrey(o->rgba, o->grey);
-  oaslam::SetEstimate(
-      o->odometry->Process({o->grey.data(), o->camera.width, o->camera.width, o->camera.height},
-                           time_s, o->angular_velocity),
-      o->estimate);
+  const oaslam::OdometryEstimate estimate =
+      o->odometry->Process(oaslam::LastImage(*o), time_s, o->angular_velocity);
+  oaslam::SetEstimate(estimate, o->estimate);
+  oaslam::SetKeyframes(estimate, *o);
   oaslam::SetPoints(*o);
   return &o->estimate;
 }
 
 const float* oaslam_odometry_points(const OaslamOdometry* o) { return o->points.data(); }
+
+const double* oaslam_odometry_keyframes(const OaslamOdometry* o) { return o->keyframes.data(); }
+
+int oaslam_odometry_features(OaslamOdometry* o, int count) {
+  if (!o->extractor)
+    o->extractor = std::make_unique<oaslam::OrbExtractor>(oaslam::FeaturesConfig{}, o->camera);
+  const oaslam::Features features = o->extractor->Extract(oaslam::LastImage(*o), count);
+  o->lowest_scale = features.pyramid.working_pixel();
+  oaslam::SetFeatures(features, o->features);
+  return features.size();
+}
+
+const uint8_t* oaslam_odometry_feature_bytes(const OaslamOdometry* o) { return o->features.data(); }
+
+double oaslam_odometry_lowest_scale(const OaslamOdometry* o) { return o->lowest_scale; }
 
 void oaslam_odometry_delete(OaslamOdometry* o) { delete o; }

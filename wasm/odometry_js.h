@@ -18,8 +18,8 @@ struct OaslamEstimate {
   int32_t run, image;
   int32_t is_keyframe;
   int32_t tracked, inliers;
-  int32_t points;  // how many oaslam_odometry_points has
-  int32_t unused;
+  int32_t points;     // how many oaslam_odometry_points has
+  int32_t keyframes;  // how many oaslam_odometry_keyframes has
 };
 
 // Never null: where the camera is refused, oaslam_odometry_problem says why, and nothing else may
@@ -41,6 +41,17 @@ const OaslamEstimate* oaslam_odometry_process(OaslamOdometry* odometry, double t
                                               int samples);
 // Of the last image, x, y and inverse depth each, those whose depth is known to a third.
 const float* oaslam_odometry_points(const OaslamOdometry* odometry);
+// The window's keyframes as they are known with the last image, by image, ascending: each its
+// image, the camera's position in the odometry's frame (x, y, z) and its rotation from the camera's
+// axes to those of the frame (x, y, z, w).
+const double* oaslam_odometry_keyframes(const OaslamOdometry* odometry);
+// Extracts about `count` ORB key points of the last image, and returns how many there are.
+int oaslam_odometry_features(OaslamOdometry* odometry, int count);
+// Of these: of all x and y in the ideal image and the angle in rad (float), then of all the octave
+// (a byte), then of all the descriptors (32 bytes). Little-endian; valid until the next image.
+const uint8_t* oaslam_odometry_feature_bytes(const OaslamOdometry* odometry);
+// The size of a pixel of the lowest level of their pyramid, in pixels of the image.
+double oaslam_odometry_lowest_scale(const OaslamOdometry* odometry);
 void oaslam_odometry_delete(OaslamOdometry* odometry);
 
 }  // extern "C"

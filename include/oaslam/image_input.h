@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "oaslam/angular_velocity.h"
+#include "oaslam/camera_motion.h"
+#include "oaslam/image_features.h"
 #include "oaslam/types.h"
 
 namespace oaslam {
@@ -32,6 +34,12 @@ struct ImageInput {
   // that is ahead gives the samples at the image a later time stamp than the image: they help, but
   // need not be waited for. A turn in which samples are missing for more than 0.1 s is not used.
   std::vector<AngularVelocity> angular_velocity{};
+  // The camera's motion by another odometry: Slam's own does not run on this image, so that images
+  // may be a second apart. Only Slam::Process uses it. Throws InputError for poses that are not
+  // valid, depths that are not positive, and numbers of images that do not ascend.
+  std::optional<CameraMotion> motion{};
+  // The key points of the image, for an `image` that is empty. Learned descriptors need the image.
+  std::optional<ImageFeatures> features{};
 };
 
 }  // namespace oaslam

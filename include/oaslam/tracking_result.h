@@ -54,6 +54,9 @@ struct TrackingResult {
   double seconds_without_map = 0;
   // Median depth of the landmarks that support the pose, map units; 0 without any.
   double depth = 0;
+  // The length of the odometry's unit in map units: of ImageInput::motion where it was given, else
+  // of Slam's own. Nothing as long as it is not known.
+  std::optional<double> motion_unit;
 
   int keypoints = 0;  // of the image; 0 where none were needed, as it was carried by the motion
   // Landmarks found in the image, and those of them that agree with the pose; nothing where none
@@ -68,6 +71,7 @@ struct TrackingResult {
   void ScaleLengths(double factor) {
     if (world_from_cam_) world_from_cam_->translation *= factor;
     depth *= factor;
+    if (motion_unit) *motion_unit *= factor;
     covariance.topRows<3>() *= factor;
     covariance.leftCols<3>() *= factor;
   }

@@ -106,7 +106,7 @@ class TestOpenApi(cluster.MapFolder):
         ask, content = self.ask, harness.read_bytes(self.map)
         one, anchors, anchor = ("/v1/maps/{map}" + rest for rest in ("", "/anchors", "/anchors/{anchor}"))
         localize = "/v1/maps/{map}/localize"
-        for path in ("/healthz", "/camera", "/"):
+        for path in ("/healthz", "/camera", "/", "/oaslam_odometry.wasm"):
             ask("get", path, 200, token="")
         ask("get", "/models/{name}/{file}", 200)
         assert ask("get", "/openapi.json", 200, token="").body == harness.read_bytes(FILE)

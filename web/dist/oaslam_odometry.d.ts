@@ -65,6 +65,14 @@ export type Estimate = {
      * x and y in pixels and inverse depth, of each point in the image whose depth is known to a third
      */
     points: Float32Array;
+    /**
+     * of the keyframes that the odometry still corrects, as they are known with this image, 8 numbers each, by image,
+     * ascending: image, position (x, y, z) and rotation (a unit quaternion: x, y, z, w) of the camera in the odometry's frame; none while the state is preliminary
+     */
+    keyframes: Float64Array;
+    /**
+     * whether this image is one
+     */
     keyframe: boolean;
     /**
      * points that were followed into the image
@@ -74,6 +82,26 @@ export type Estimate = {
      * of them, those that agree with the pose
      */
     inliers: number;
+};
+export type Features = {
+    count: number;
+    /**
+     * size of a pixel of the pyramid's lowest level, in pixels of the image
+     */
+    lowest: number;
+    /**
+     * of the pyramid
+     */
+    levels: number;
+    /**
+     * scale between two levels
+     */
+    factor: number;
+    /**
+     * of all x and y in the image without distortion and the angle in rad (float32, little-endian), then of all the level (a byte), then of
+     * all the descriptors (32 bytes)
+     */
+    bytes: Uint8Array;
 };
 export declare class Odometry {
     #private;
@@ -99,6 +127,12 @@ export declare class Odometry {
      * @returns {Estimate}
      */
     process(image: Uint8Array | Uint8ClampedArray | ImageData, timeSeconds: number, gyroscope?: Iterable<ArrayLike<number>>): Estimate;
+    /**
+     * Key points of the last image, as the program extracts them: by these a service finds the camera without the image.
+     * @param {number} [count] about how many
+     * @returns {Features}
+     */
+    features(count?: number): Features;
     /** Frees the memory. The last estimate must not be read any more; a second call does nothing. */
     delete(): void;
 }

@@ -34,6 +34,55 @@ test("a wall that moves is followed, as grey bytes and as ImageData alike", asyn
   other.delete();
 });
 
+// A wall with dots at three distances, seen by a camera that moves to the right.
+function room(x) {
+  const image = new Uint8Array(WIDTH * HEIGHT).fill(90);
+  for (let i = 0; i < 400; ++i) {
+    const hash = (salt) => (Math.imul(i * 7 + salt, 0x9e3779b1) >>> 8) % 4096;
+    const [column, row] = [hash(1) % 700 - 100 - Math.round(x / (1 + i % 3)), hash(2) % HEIGHT];
+    for (let r = row; r < Math.min(row + 5, HEIGHT); ++r)
+      for (let c = Math.max(column, 0); c < Math.min(column + 5, WIDTH); ++c) image[r * WIDTH + c] = hash(3) % 256;
+  }
+  return image;
+}
+
+test("the keyframes that are corrected, in the frame of the poses", async () => {
+  const odometry = await Odometry.create({ camera });
+  let corrected = 0;
+  for (let i = 0; i < 90; ++i) {
+    const { state, keyframes, image, camFromOdom } = odometry.process(room(3 * i), i / 30);
+    if (state === "preliminary") assert.equal(keyframes.length, 0);
+    if (state !== "tracking") continue;
+    ++corrected;
+    assert.ok(keyframes.length % 8 === 0 && keyframes.length >= 16);
+    const rows = Array.from({ length: keyframes.length / 8 }, (_, row) => [...keyframes.subarray(8 * row, 8 * row + 8)]);
+    rows.forEach(([of], row) => assert.ok(of <= image && (row === 0 || of > rows[row - 1][0])));
+    for (const row of rows) assert.ok(Math.abs(Math.hypot(...row.slice(4)) - 1) < 1e-9);
+    // A camera that moves to the right, and does not turn: so do its keyframes, to where it is.
+    assert.ok(rows.at(-1)[1] > rows[0][1] && rows.at(-1)[1] < -camFromOdom.translation[0] + 0.1, `${rows.at(-1)} ${camFromOdom.translation}`);
+  }
+  assert.ok(corrected > 20, String(corrected));
+  odometry.delete();
+});
+
+test("key points of the last image, in the layout that the service takes", async () => {
+  const odometry = await Odometry.create({ camera });
+  assert.throws(() => odometry.features(), { message: "odometry: there is no image yet" });
+  odometry.process(room(0), 0);
+  assert.throws(() => odometry.features(0), { message: /^odometry: 0 key points, expected 1 to/ });
+  const { count, lowest, levels, factor, bytes } = odometry.features(300);
+  assert.ok(count > 100 && count < 400 && bytes.length === 45 * count && levels === 8 && factor === 1.2);
+  assert.equal(lowest, 1);
+  const floats = new Float32Array(bytes.slice(0, 12 * count).buffer);
+  for (let i = 0; i < count; ++i) {
+    const [x, y, angle] = floats.subarray(3 * i, 3 * i + 3);
+    assert.ok(x > 0 && x < WIDTH && y > 0 && y < HEIGHT && angle >= 0 && angle < 6.2832);
+    assert.ok(bytes[12 * count + i] < levels);
+  }
+  assert.equal(new Set(Array.from({ length: count }, (_, i) => bytes.subarray(13 * count + 32 * i, 13 * count + 32 * i + 32).join())).size > 0.9 * count, true);
+  odometry.delete();
+});
+
 test("the estimate is one object, and an image without texture ends the run", async () => {
   const odometry = await Odometry.create({ camera });
   const first = odometry.process(wall(0), 0);

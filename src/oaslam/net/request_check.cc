@@ -49,10 +49,11 @@ std::string TokenOf(const http::fields& fields) {
 }
 
 // A page is self-contained: it may load nothing from elsewhere, and no other page may frame it.
+// Its worker, which is part of it, compiles the odometry.
 constexpr const char* kContentPolicy =
-    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src blob: "
-    "data:; media-src blob:; connect-src 'self' blob: data:; base-uri 'none'; form-action 'none'; "
-    "frame-ancestors 'none'";
+    "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; worker-src blob:; "
+    "style-src 'unsafe-inline'; img-src blob: data:; media-src blob:; connect-src 'self' blob: "
+    "data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 }  // namespace
 

@@ -16,6 +16,7 @@
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/detection_check.h"
 #include "oaslam/objects/presence.h"
+#include "oaslam/relocalization/given_input.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/check.h"
 
@@ -123,10 +124,15 @@ std::vector<ObjectDetection> CheckedDetections(const Camera& camera,
 }
 
 void FrameMaker::Check(const ImageInput& input) const {
-  if (input.image.cols != camera_->width || input.image.rows != camera_->height)
-    throw BadInput("image of {}x{} pixels, the camera's calibration is for {}x{}", input.image.cols,
-                   input.image.rows, camera_->width, camera_->height);
-  CheckImageType(input.image);
+  if (input.features && input.image.empty()) {
+    CheckFeatures(*input.features);
+  } else {
+    if (input.image.cols != camera_->width || input.image.rows != camera_->height)
+      throw BadInput("image of {}x{} pixels, the camera's calibration is for {}x{}",
+                     input.image.cols, input.image.rows, camera_->width, camera_->height);
+    CheckImageType(input.image);
+  }
+  if (input.motion) CheckMotion(*input.motion);
   CheckGravity(input.gravity_in_cam);
   CheckAngularVelocity(input.angular_velocity, input.timestamp);
   CheckDetections(input.detections);
@@ -147,11 +153,17 @@ Frame FrameMaker::MakeWithoutFeatures(const ImageInput& input, int index) const 
 Frame FrameMaker::Make(const ImageInput& input, int index, int keypoints,
                        const ClassRelations& classes) {
   Check(input);
-  const cv::Mat grey = ToGrey(input.image);
   Frame frame = MakeWithoutFeatures(input, index);
   frame.features_skipped = false;
-  frame.features = std::make_shared<const Features>(
-      ExtractStatic(ViewOf(grey), keypoints, MovingBoxes(frame, classes)));
+  const std::vector<Box> moving = MovingBoxes(frame, classes);
+  if (input.image.empty()) {
+    Features features = FeaturesOf(*input.features, nothing_->bounds);
+    features.EraseKeypointsIn(moving);
+    frame.features = std::make_shared<const Features>(std::move(features));
+    return frame;
+  }
+  const cv::Mat grey = ToGrey(input.image);
+  frame.features = std::make_shared<const Features>(ExtractStatic(ViewOf(grey), keypoints, moving));
   if (has_learned_)
     frame.image = std::make_shared<const GreyBuffer>(extractor_.WorkingImage(ViewOf(grey)));
   return frame;

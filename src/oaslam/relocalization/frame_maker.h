@@ -40,7 +40,7 @@ void CheckAngularVelocity(const std::vector<AngularVelocity>& samples, double im
 std::vector<ObjectDetection> CheckedDetections(const Camera& camera,
                                                const std::vector<Detection>& detections);
 
-// Makes frames of images: checks the input and extracts features.
+// Makes frames of images: checks the input and extracts features, unless they are given.
 class FrameMaker {
  public:
   FrameMaker(const SlamConfig& config, const Camera& camera)

@@ -55,7 +55,7 @@ void CheckOptions(const RelocalizeOptions& options, const ImageInput& input) {
     throw InputError("relocalize: a camera is given, and said to be unknown");
   if (!has_image && options.unknown_camera)
     throw InputError("relocalize: without an image the camera must be known");
-  if (has_image && options.follow)
+  if ((has_image || input.features) && options.follow)
     throw InputError("relocalize: only boxes are followed: give no image, or use Process");
 }
 
@@ -75,16 +75,16 @@ RelocalizationResult FindImage(const ImageInput& input, const Camera& camera,
                                const SlamConfig& config, FrameMaker& maker,
                                Relocalizer& relocalizer) {
   const Stopwatch watch;
-  const bool has_image = !input.image.empty();
+  const bool has_points = !input.image.empty() || input.features;
   Frame frame;
-  if (has_image) {
+  if (has_points) {
     frame = maker.Make(input, 0, config.features.count, map.classes);
   } else {
     frame.camera = std::make_shared<const Camera>(camera);
     frame.detections = CheckedDetections(camera, input.detections);
     frame.gravity_in_cam = input.gravity_in_cam;
   }
-  const RelocalizationMode mode = has_image ? options.mode : RelocalizationMode::kObjects;
+  const RelocalizationMode mode = has_points ? options.mode : RelocalizationMode::kObjects;
   return AnswerOf(config, watch.WallMs(), [&](Rng& rng) {
     return relocalizer.Find(frame, map, mode, rng, nullptr, options.prior);
   });

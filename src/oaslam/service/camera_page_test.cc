@@ -14,5 +14,9 @@ TEST(CameraPage, IsOneWholeDocumentWithoutReferences) {
   EXPECT_THAT(page, Not(HasSubstr("<link rel=\"stylesheet")));
 }
 
+TEST(CameraPage, HasItsOdometryBesideIt) {
+  EXPECT_THAT(Gunzip(OdometryModule()), StartsWith(std::string("\0asm", 4)));
+}
+
 }  // namespace
 }  // namespace oaslam

@@ -8,6 +8,9 @@ namespace oaslam {
 // gzip -n and made part of the program by the build.
 std::string_view CameraPage();
 
+// The odometry that this page runs: web/dist/oaslam_odometry.wasm, compressed likewise.
+std::string_view OdometryModule();
+
 // The description of the service, OpenAPI 3.1: data/openapi.json, compressed by gzip -n and made
 // part of the program by the build.
 std::string_view OpenApi();

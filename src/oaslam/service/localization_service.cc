@@ -130,6 +130,8 @@ HttpAnswer LocalizationService::AnswerAtOnce(const Target& target, const HttpReq
       return GzippedAnswer(request, OpenApi(), "application/json");
     case Route::kCamera:
       return GzippedAnswer(request, CameraPage(), "text/html; charset=utf-8");
+    case Route::kOdometry:
+      return GzippedAnswer(request, OdometryModule(), "application/wasm");
     case Route::kModel:
       return AnswerModel(target.rest);
     default:

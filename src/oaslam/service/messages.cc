@@ -14,6 +14,7 @@
 namespace oaslam {
 namespace {
 
+constexpr int kMostFeatures = 10'000, kMostLevels = 16;
 constexpr int kMostPixels = 100'000;  // on a side: more than any camera has
 
 Camera ReadCamera(const JsonInput& json) {
@@ -38,6 +39,37 @@ Camera ReadCamera(const JsonInput& json) {
   }
   CheckCalibration(camera, json.place());
   return camera;
+}
+
+// Without a value the motion is not known.
+CameraMotion ReadMotion(const std::optional<JsonInput>& given) {
+  constexpr size_t kMostDepths = 4000, kMostKeyframes = 100;  // ten times what is usual
+  CameraMotion motion;
+  motion.is_known = given.has_value();
+  if (!given) return motion;
+  const JsonInput& json = *given;
+  json.Only({"run", "image", "pose", "preliminary", "agreeing", "keyframe", "keyframes", "depths"});
+  motion.run = json["run"].Integer(0, INT32_MAX - 1);
+  motion.image = json["image"].Integer(0, INT32_MAX);
+  motion.odom_from_cam = json["pose"].Pose();
+  if (const auto is_preliminary = json.Find("preliminary"))
+    motion.is_preliminary = is_preliminary->Boolean();
+  if (const auto agreeing = json.Find("agreeing")) motion.agreeing = agreeing->Number(0, 1);
+  if (const auto is_keyframe = json.Find("keyframe")) motion.is_keyframe = is_keyframe->Boolean();
+  if (const auto keyframes = json.Find("keyframes"))
+    for (const JsonInput& keyframe : keyframes->Items(0, kMostKeyframes)) {
+      const std::vector<JsonInput> row = keyframe.Items(8, 8);
+      motion.corrected.push_back(
+          {row[0].Integer(0, INT32_MAX),
+           {keyframe.Rotation(row[4].Number(), row[5].Number(), row[6].Number(), row[7].Number()),
+            {row[1].Number(), row[2].Number(), row[3].Number()}}});
+    }
+  if (const auto depths = json.Find("depths"))
+    for (const JsonInput& depth : depths->Items(0, kMostDepths)) {
+      const std::vector<JsonInput> row = depth.Items(3, 3);
+      motion.depths.push_back({{row[0].Number(), row[1].Number()}, row[2].Number()});
+    }
+  return motion;
 }
 
 }  // namespace
@@ -92,6 +124,17 @@ ImageRequest ReadImageRequest(const JsonInput& json) {
   }
   if (const auto prior = json.Find("prior")) request.prior = prior->Pose();
   if (const auto time = json.Find("time")) request.time = time->Number();
+  if (json.value().contains("motion")) request.motion = ReadMotion(json.Find("motion"));
+  if (const auto features = json.Find("features")) {
+    features->Only({"count", "lowest", "levels", "factor"});
+    request.feature_count = (*features)["count"].Integer(0, kMostFeatures);
+    request.features = ImageFeatures{{},
+                                     (*features)["levels"].Integer(1, kMostLevels),
+                                     (*features)["factor"].Number(),
+                                     (*features)["lowest"].Number()};
+    if (request.camera.is_auto || !request.camera.fov.empty())
+      json.Refuse("camera: must have its intrinsics where key points are sent");
+  }
   return request;
 }
 

@@ -39,6 +39,10 @@ struct ImageRequest {
   std::vector<AngularVelocity> angular_velocity;
   std::optional<Rigid3> prior;  // world_from_cam
   double time = 0;
+  std::optional<CameraMotion> motion;
+  // Without its key points, of which `bytes` holds this number.
+  std::optional<ImageFeatures> features;
+  int feature_count = 0;
 };
 
 // All but the bytes. A missing camera is "auto".

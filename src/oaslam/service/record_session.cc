@@ -91,6 +91,7 @@ StreamStep Recording::Image(const ImageRequest& request, const nlohmann::json& h
   if (!(request.time > last_time_))
     throw BadInput("time: {:.6f}, is not after that of the image before, {:.6f}", request.time,
                    last_time_);
+  if (request.features) throw InputError("features: a map is made of images");
   const bool detects = !request.detections && !state_->detectors.empty();
   ImageInput input;
   input.timestamp = last_time_ = request.time;
@@ -98,6 +99,7 @@ StreamStep Recording::Image(const ImageRequest& request, const nlohmann::json& h
   KeepImage(*state_, name_, request.bytes);
   input.gravity_in_cam = request.gravity_in_cam;
   input.angular_velocity = request.angular_velocity;
+  input.motion = request.motion;
   const std::optional<Camera> given = CameraFor(request.camera, input.image.size());
   if (given && !slam_) BeginMap(*given);
   if (slam_ && cv::Size(camera_->width, camera_->height) != input.image.size())

@@ -17,6 +17,7 @@ constexpr Kind kKinds[] = {{Route::kHealth, "healthz", kReads},
                            {Route::kMetrics, "metrics", kReads},
                            {Route::kOpenApi, "openapi", kReads},
                            {Route::kCamera, "camera", kReads},
+                           {Route::kOdometry, "odometry", kReads},
                            {Route::kModel, "models", kReads},
                            {Route::kMaps, "maps", kReads},
                            {Route::kMap, "map", "GET, HEAD, PUT, DELETE"},
@@ -41,6 +42,7 @@ Target TargetOf(const std::string& path) {
                                                   {"/metrics", Route::kMetrics},
                                                   {"/openapi.json", Route::kOpenApi},
                                                   {"/camera", Route::kCamera},
+                                                  {"/oaslam_odometry.wasm", Route::kOdometry},
                                                   {"/", Route::kCamera},
                                                   {"/v1/maps", Route::kMaps}};
   if (const auto found = fixed.find(path); found != fixed.end()) return {found->second, "", ""};
@@ -72,7 +74,7 @@ bool Allows(Route route, boost::beast::http::verb method) {
 Access AccessOf(Route route, boost::beast::http::verb method) {
   using boost::beast::http::verb;
   if (route == Route::kHealth || route == Route::kOpenApi || route == Route::kCamera ||
-      route == Route::kNowhere)
+      route == Route::kOdometry || route == Route::kNowhere)
     return Access::kNone;
   if (route == Route::kRecord) return Access::kWrite;
   const bool reads = method == verb::get || method == verb::head || route == Route::kLocalize;

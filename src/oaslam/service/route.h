@@ -12,6 +12,7 @@ enum class Route {
   kMetrics,
   kOpenApi,
   kCamera,
+  kOdometry,
   kModel,
   kMaps,
   kMap,

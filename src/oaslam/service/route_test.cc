@@ -52,6 +52,7 @@ TEST(Route, PathsNameWhatTheyAreOf) {
     EXPECT_EQ(target.rest, rest) << path;
   };
   expect("/", Route::kCamera);
+  expect("/oaslam_odometry.wasm", Route::kOdometry);
   expect("/models/lamp/a/b.bin", Route::kModel, "", "lamp/a/b.bin");
   expect("/v1/maps", Route::kMaps);
   expect("/v1/maps/desk", Route::kMap, "desk");

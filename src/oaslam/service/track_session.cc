@@ -3,6 +3,8 @@
 #include <optional>
 #include <utility>
 
+#include "oaslam/formats/json_text.h"
+#include "oaslam/service/received_features.h"
 #include "oaslam/service/received_image.h"
 #include "oaslam/service/stream_session.h"
 #include "oaslam/slam.h"
@@ -110,6 +112,7 @@ StreamStep Tracking::Command(const nlohmann::json& message) {
 }
 
 std::optional<Camera> Tracking::CameraOf(const ImageRequest& request, const ImageInput& input) {
+  if (request.features) return request.camera.camera;
   if (const auto camera = CameraFor(request.camera, input.image.size())) return camera;
   if (camera_ && cv::Size(camera_->width, camera_->height) == input.image.size()) return camera_;
   return map_->localizer.Relocalize(input).camera;
@@ -117,16 +120,22 @@ std::optional<Camera> Tracking::CameraOf(const ImageRequest& request, const Imag
 
 StreamStep Tracking::Image(const ImageRequest& request, const nlohmann::json& header, int dropped) {
   const Stopwatch watch;
-  KeepImage(*state_, name_, request.bytes);
   ImageInput input;
   input.timestamp = request.time;
   input.gravity_in_cam = request.gravity_in_cam;
   input.angular_velocity = request.angular_velocity;
-  input.image = DecodeReceivedImage(request.bytes, ImageColor::kGrey);
+  input.motion = request.motion;
+  if (request.features) {
+    input.features = *request.features;
+    input.features->features = ReadReceivedFeatures(request.bytes, request.feature_count);
+  } else {
+    KeepImage(*state_, name_, request.bytes);
+    input.image = DecodeReceivedImage(request.bytes, ImageColor::kGrey);
+  }
   // The detector runs only while points do not find the camera.
   if (request.detections)
     input.detections = *request.detections;
-  else if (is_lost_ && !state_->detectors.empty())
+  else if (is_lost_ && !request.features && !state_->detectors.empty())
     input.detections =
         state_->detectors.Detect(DecodeReceivedImage(request.bytes, ImageColor::kBgr));
   Json answer = {
@@ -148,6 +157,8 @@ StreamStep Tracking::Image(const ImageRequest& request, const nlohmann::json& he
   if (pose) {
     answer["pose"] = JsonOf(*pose);
     answer["depth"] = tracked.depth;
+    answer["covariance"] = JsonNumbers<Json>(tracked.covariance.reshaped());
+    if (request.motion && tracked.motion_unit) answer["unit"] = *tracked.motion_unit;
   }
   answer["confidence"] = tracked.confidence;
   if (camera) answer["camera"] = JsonOf(*camera);

@@ -101,6 +101,20 @@ TEST_F(TrackWorkTest, TellsWhatHasChanged) {
   EXPECT_TRUE(removed.ends);
 }
 
+TEST_F(TrackWorkTest, KeyPointsAreAnsweredLikeAnImage) {
+  BeginOn("desk");
+  ImageRequest request;
+  request.camera.camera = saved_.map.cameras.front();
+  request.features = ImageFeatures();
+  request.motion = CameraMotion{.is_known = false};
+  request.time = 1;
+  const Json pose = work_->Image(request, {{"id", 1}}, 0).messages.at(0);
+  EXPECT_EQ(pose["state"], "lost");
+  EXPECT_FALSE(pose.contains("unit"));
+  request.feature_count = 3;
+  EXPECT_INPUT_ERROR(work_->Image(request, {{"id", 2}}, 0), HasSubstr("of 3 key points"));
+}
+
 TEST_F(TrackWorkTest, AnImageIsAnsweredAlsoWhereItIsNotFound) {
   BeginOn("desk");
   const Json pose = Image(BlankImage(), 5);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/relocalization/given_input.h"
 #include "oaslam/relocalization/image_search.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
@@ -173,8 +174,9 @@ Frame Slam::Impl::MakeNextFrame(const ImageInput& input, double& cpu_ms) {
   frame_maker_.Check(input);
   const Stopwatch watch;
   ImageInput grey = input;
-  grey.image = ToGrey(input.image);
-  if (still_parts_ && still_parts_->Add(ViewOf(grey.image), input.timestamp)) {
+  const bool has_image = !input.image.empty();
+  if (has_image) grey.image = ToGrey(input.image);
+  if (has_image && still_parts_ && still_parts_->Add(ViewOf(grey.image), input.timestamp)) {
     SetMask(still_parts_->mask());
     Log(LogLevel::kWarning,
         "a part of the images moves with the camera, and is left out from now on: {}",
@@ -186,7 +188,10 @@ Frame Slam::Impl::MakeNextFrame(const ImageInput& input, double& cpu_ms) {
                      config_.features.count * (atlas_->IsInitializing() ? 2 : 1));
   };
   double motion_cpu_ms = 0;
-  const auto follow = [&] { return RunOdometry(grey, motion_cpu_ms); };
+  const auto follow = [&]() -> std::shared_ptr<const FrameMotion> {
+    if (input.motion) return MotionOf(*input.motion, camera_);
+    return has_image ? RunOdometry(grey, motion_cpu_ms) : nullptr;
+  };
   Frame frame;
   if (atlas_->NeedsFeatures(input.timestamp, nullptr)) {
     auto motion = std::async(std::launch::async, follow);
@@ -226,6 +231,7 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   result.world = world();
   result.keypoints = frame.features_skipped ? 0 : frame.features->size();
   TakePose(step.pose, result);
+  if (result.HasPose()) result.motion_unit = session().tracker().MotionUnit(frame);
   result.ms_objects = step.ms_objects;
   result.detections = static_cast<int>(input.detections.size());
   result.ms_features = ms_features;
@@ -280,7 +286,7 @@ RelocalizationResult Slam::Impl::Relocalize(const ImageInput& input,
   }
   if (options.follow) CheckTimestamp(input.timestamp, last_followed_);
   const Stopwatch watch;
-  const Frame frame = input.image.empty()
+  const Frame frame = input.image.empty() && !input.features
                           ? FrameOfBoxes(input, options.follow ? input.timestamp : 0)
                           : MakeFrame(input, 0, config_.features.count);
   if (options.follow) last_followed_ = input.timestamp;

@@ -111,6 +111,9 @@ class Tracker {
   bool HasTracked(int frame_index) const;
   // cam_from_world of an image, or nothing where it has no pose.
   std::optional<Rigid3> PoseOf(int frame_index, const Map& map) const;
+  // The length of the odometry's unit in the map; nothing as long as it is not known for the run of
+  // this image.
+  std::optional<double> MotionUnit(const Frame& frame) const { return link_.UnitFor(frame); }
   int newest_frame() const { return newest_.frame.index; }
   // What a viewer shows of the newest image; the caller adds the map.
   FrameView View() const;

@@ -34,9 +34,22 @@
  * @property {Pose | null} camFromOdom null where the state is blind
  * @property {Float64Array} covariance 6 x 6, of a small motion of the camera (translation, rotation vector in rad; its axes); zeros while the state is preliminary
  * @property {Float32Array} points x and y in pixels and inverse depth, of each point in the image whose depth is known to a third
- * @property {boolean} keyframe
+ * @property {Float64Array} keyframes of the keyframes that the odometry still corrects, as they are known with this image, 8 numbers each, by image,
+ *   ascending: image, position (x, y, z) and rotation (a unit quaternion: x, y, z, w) of the camera in the odometry's frame; none while the state is preliminary
+ * @property {boolean} keyframe whether this image is one
  * @property {number} tracked points that were followed into the image
  * @property {number} inliers of them, those that agree with the pose
+ */
+
+/**
+ * ORB key points of an image. They are valid until the next call.
+ * @typedef {object} Features
+ * @property {number} count
+ * @property {number} lowest size of a pixel of the pyramid's lowest level, in pixels of the image
+ * @property {number} levels of the pyramid
+ * @property {number} factor scale between two levels
+ * @property {Uint8Array} bytes of all x and y in the image without distortion and the angle in rad (float32, little-endian), then of all the level (a byte), then of
+ *   all the descriptors (32 bytes)
  */
 
 /** @type {readonly State[]} */ const STATES = ["preliminary", "tracking", "uncertain", "blind"];
@@ -44,7 +57,11 @@ const WASM = "oaslam_odometry.wasm";
 
 // Of OaslamEstimate in wasm/odometry_js.h: doubles, then 32 bit integers.
 const ROTATION = 0, TRANSLATION = 4, COVARIANCE = 7, DOUBLES = 43;
-const STATE = 0, RUN = 1, IMAGE = 2, KEYFRAME = 3, TRACKED = 4, INLIERS = 5, POINTS = 6, INTEGERS = 8;
+const STATE = 0, RUN = 1, IMAGE = 2, KEYFRAME = 3, TRACKED = 4, INLIERS = 5, POINTS = 6, KEYFRAMES = 7, INTEGERS = 8;
+const LEVELS = 8, FACTOR = 1.2; // of OrbExtractor
+const FEATURE_BYTES = 45; // of a key point
+const MOST_FEATURES = 10000;
+const NONE = new Float64Array(0), NO_POINTS = new Float32Array(0);
 
 /** @type {Map<string, Promise<WebAssembly.Module>>} */ const compiled = new Map();
 
@@ -70,6 +87,28 @@ function compile(url) {
   return module;
 }
 
+/**
+ * Views of arrays of the module that change their length with each image but seldom their place: one for each length, so that an image leaves no garbage.
+ * @template T
+ */
+class Views {
+  #at = 0;
+  /** @type {T[]} */ #views = []; // by length
+
+  /** @param {ArrayBuffer} buffer  @param {new (buffer: ArrayBuffer, at: number, length: number) => T} kind */
+  constructor(buffer, kind) {
+    this.buffer = buffer;
+    this.kind = kind;
+  }
+
+  /** @param {number} at  @param {number} length */
+  of(at, length) {
+    if (at !== this.#at) this.#views = [];
+    this.#at = at;
+    return (this.#views[length] ??= new this.kind(this.buffer, at, length));
+  }
+}
+
 export class Odometry {
   /** @type {any} */ #functions = null; // null: deleted, or broken
   /** @type {WebAssembly.Memory} */ #memory;
@@ -82,6 +121,10 @@ export class Odometry {
   /** @type {Int32Array} */ #integers;
   /** @type {Uint8Array} */ #grey;
   /** @type {Uint8Array | null} */ #rgba = null;
+  /** @type {Float64Array} */ #doubles; // all of the memory
+  /** @type {Views<Float32Array>} */ #points;
+  /** @type {Views<Float64Array>} */ #keyframes;
+  #images = 0; // that were processed
 
   /**
    * Loads the module, once for all, and begins. Rejects with an Error that names key, value and bound of a camera that is refused.
@@ -166,7 +209,7 @@ export class Odometry {
   process(image, timeSeconds, gyroscope) {
     if (!this.#functions) throw new Error("odometry: was deleted");
     const isRgba = this.#take(image);
-    const samples = gyroscope ? this.#takeSamples([...gyroscope]) : 0;
+    const samples = gyroscope ? this.#takeSamples(Array.isArray(gyroscope) ? gyroscope : [...gyroscope]) : 0;
     let at = 0;
     try {
       at = this.#functions.oaslam_odometry_process(this.#handle, timeSeconds, isRgba ? 1 : 0, samples);
@@ -175,7 +218,22 @@ export class Odometry {
       throw error;
     }
     if (at === 0) throw new Error(`odometry: ${this.#problem()}`);
+    ++this.#images;
     return this.#read(at);
+  }
+
+  /**
+   * Key points of the last image, as the program extracts them: by these a service finds the camera without the image.
+   * @param {number} [count] about how many
+   * @returns {Features}
+   */
+  features(count = 1000) {
+    if (!this.#functions) throw new Error("odometry: was deleted");
+    if (this.#images === 0) throw new Error("odometry: there is no image yet");
+    if (!Number.isInteger(count) || count < 1 || count > MOST_FEATURES) throw new Error(`odometry: ${count} key points, expected 1 to ${MOST_FEATURES}`);
+    const found = this.#functions.oaslam_odometry_features(this.#handle, count);
+    const lowest = this.#functions.oaslam_odometry_lowest_scale(this.#handle);
+    return { count: found, lowest, levels: LEVELS, factor: FACTOR, bytes: this.#bytes(this.#functions.oaslam_odometry_feature_bytes(this.#handle), FEATURE_BYTES * found) };
   }
 
   // Copies the image to where the module reads it; whether that is in colour.
@@ -200,10 +258,10 @@ export class Odometry {
   /** @param {ArrayLike<number>[]} samples */
   #takeSamples(samples) {
     const at = this.#functions.oaslam_odometry_samples(this.#handle, samples.length) / 8;
-    const doubles = new Float64Array(this.#memory.buffer);
-    samples.forEach((sample, i) => {
-      for (let k = 0; k < 4; ++k) doubles[at + 4 * i + k] = sample[k];
-    });
+    if (this.#doubles?.buffer !== this.#memory.buffer) this.#doubles = new Float64Array(this.#memory.buffer);
+    for (let i = 0; i < samples.length; ++i) {
+      for (let k = 0; k < 4; ++k) this.#doubles[at + 4 * i + k] = samples[i][k];
+    }
     return samples.length;
   }
 
@@ -224,10 +282,8 @@ export class Odometry {
     estimate.keyframe = integers[KEYFRAME] !== 0;
     estimate.tracked = integers[TRACKED];
     estimate.inliers = integers[INLIERS];
-    const points = this.#functions.oaslam_odometry_points(this.#handle);
-    const length = 3 * integers[POINTS];
-    const last = estimate.points;
-    if (last.buffer !== buffer || last.byteOffset !== points || last.length !== length) estimate.points = new Float32Array(buffer, points, length);
+    estimate.points = this.#points.of(this.#functions.oaslam_odometry_points(this.#handle), 3 * integers[POINTS]);
+    estimate.keyframes = this.#keyframes.of(this.#functions.oaslam_odometry_keyframes(this.#handle), 8 * integers[KEYFRAMES]);
     return estimate;
   }
 
@@ -239,8 +295,10 @@ export class Odometry {
     this.#pose = { rotation: doubles(ROTATION, 4), translation: doubles(TRANSLATION, 3) };
     this.#estimate = {
       state: "blind", run: 0, image: 0, camFromOdom: null, covariance: doubles(COVARIANCE, 36),
-      points: new Float32Array(this.#memory.buffer, 0, 0), keyframe: false, tracked: 0, inliers: 0,
+      points: NO_POINTS, keyframes: NONE, keyframe: false, tracked: 0, inliers: 0,
     };
+    this.#points = new Views(this.#memory.buffer, Float32Array);
+    this.#keyframes = new Views(this.#memory.buffer, Float64Array);
   }
 
   /** Frees the memory. The last estimate must not be read any more; a second call does nothing. */

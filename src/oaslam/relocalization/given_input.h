@@ -1,0 +1,25 @@
+#pragma once
+
+#include <memory>
+
+#include "oaslam/camera_motion.h"
+#include "oaslam/features/features.h"
+#include "oaslam/image_features.h"
+#include "oaslam/map/frame.h"
+
+namespace oaslam {
+
+// What an application has taken of an image itself, instead of Slam: its key points, and how the
+// camera moved. The checks throw InputError.
+
+void CheckFeatures(const ImageFeatures& given);
+void CheckMotion(const CameraMotion& given);
+
+// `bounds`: of the ideal image.
+Features FeaturesOf(const ImageFeatures& given, const Box& bounds);
+
+// Null where it is not known. Its run is a negative number, so that none of Slam's own odometry is
+// taken for it.
+std::shared_ptr<const FrameMotion> MotionOf(const CameraMotion& given, const Camera& camera);
+
+}  // namespace oaslam
