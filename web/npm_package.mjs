@@ -1,7 +1,7 @@
 // The package `oaslam` for npm, as a folder: web/npm, the bundles of its exports, their types, and the odometry's module.
 //   node build.mjs npm [FOLDER]     FOLDER: build/npm of the repository unless given; `npm pack` there makes the file to install
 import { spawnSync } from "node:child_process";
-import { copyFileSync, cpSync, mkdirSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
+import { copyFileSync, cpSync, mkdirSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 
@@ -10,6 +10,7 @@ const source = join(root, "src");
 const ENTRIES = {
   index: join(source, "ar", "index.js"),
   odometry: join(source, "odometry", "oaslam_odometry.js"),
+  odometry_thread: join(source, "odometry", "odometry_thread.js"), // the worker that OdometryWorker starts
   service: join(source, "client", "index.js"),
   three: join(source, "three", "index.js"),
 };
@@ -38,6 +39,12 @@ function declare(folder) {
   const { status } = spawnSync(process.execPath, [join(root, "node_modules", "typescript", "bin", "tsc"), ...options, ...Object.values(ENTRIES)], { stdio: "inherit" });
   if (status !== 0) throw new Error("no types of the package");
   for (const file of DECLARATIONS) copyFileSync(join(source, file), join(folder, file));
+  for (const file of readdirSync(folder, { recursive: true, encoding: "utf8" }).filter((name) => name.endsWith(".d.ts"))) name(join(folder, file));
+}
+
+// With "moduleResolution": "node16" the names of files have to be whole.
+function name(file) {
+  writeFileSync(file, readFileSync(file, "utf8").replace(/((?:from|import\() ?"\.[^"]*?)(?:\.js)?"/g, '$1.js"'));
 }
 
 export async function buildPackage(folder = join(root, "..", "build", "npm")) {

@@ -3,9 +3,9 @@ import { GravitySensor } from "../camera/gravity.js";
 import { Gyroscope } from "../camera/gyroscope.js";
 import { sentSize } from "../camera/intrinsics.js";
 import { VideoSource } from "../camera/video_source.js";
+import { Client } from "../client/client.js";
 import { DeviceTracker as Tracker } from "../device/device_tracker.js";
 
-const QUALITY = 0.7; // of JPEG
 const REASONS = {
   NotAllowedError: "it is not allowed: the browser's settings of this page allow it",
   NotFoundError: "this device has none that the browser knows",
@@ -14,18 +14,17 @@ const REASONS = {
   AbortError: "another program has it",
 };
 
-/** @typedef {{ canvas: HTMLCanvasElement, context: CanvasRenderingContext2D }} Picture */
-
-/** @param {CanvasRenderingContext2DSettings} settings @returns {Picture} */
-function newPicture(settings) {
-  const canvas = document.createElement("canvas");
-  return { canvas, context: /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", { alpha: false, ...settings })) };
+/** @returns {HTMLCanvasElement} */
+function newCanvas() {
+  return document.createElement("canvas");
 }
 
-/** @param {Picture} picture  @param {HTMLVideoElement} video  @param {{ width: number, height: number }} size */
-function draw({ canvas, context }, video, { width, height }) {
+/** @param {HTMLCanvasElement} canvas  @param {HTMLCanvasElement} from */
+function copyTo(canvas, from) {
+  const { width, height } = from;
   if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
-  context.drawImage(video, 0, 0, width, height);
+  canvas.getContext("2d", { alpha: false })?.drawImage(from, 0, 0);
+  return canvas;
 }
 
 /**
@@ -35,23 +34,23 @@ function draw({ canvas, context }, video, { width, height }) {
 export class ArSession extends EventTarget {
   /** @type {Awaited<ReturnType<DeviceTracker["process"]>> | null} of the last image */ tracked = null;
   /** @type {HTMLCanvasElement | null} that image, in the camera's size */ picture = null;
-  /** @type {import("../messages").Triple | null} at that image, in the camera's axes; null where the device does not tell */ gravity = null;
   #ended = new AbortController();
   #isBusy = false;
   #gravity = new GravitySensor();
   #gyroscope = new Gyroscope();
-  #pictures = [newPicture({}), newPicture({})]; // the one that is shown, and the one that is followed
-  #small = newPicture({ willReadFrequently: true });
+  #pictures = [newCanvas(), newCanvas()]; // the one that is shown, and the one that is followed
   /** @type {VideoSource} */ #source;
 
   /**
    * To be called while a tap or a click is handled: only then does iOS ask whether the page may use the sensors. Rejects with an Error that says why
-   * there is no camera.
+   * there is no camera, and with a ServiceError where the service does not have the map.
    * @param {ConstructorParameters<typeof Tracker>[0] & { parent?: HTMLElement }} [options] of the DeviceTracker; `parent`: what the hidden video
    *   element becomes a part of, document.body unless given
    */
   static async start({ parent = document.body, ...options } = {}) {
-    const session = new ArSession(new Tracker(options), parent);
+    const { service } = options;
+    const client = service ? new Client(service.url, { token: service.token }) : null;
+    const session = new ArSession(new Tracker(options), parent, client, service?.map ?? "");
     try {
       await session.#open();
     } catch (error) {
@@ -61,15 +60,19 @@ export class ArSession extends EventTarget {
     return session;
   }
 
-  /** ArSession.start makes it. @param {DeviceTracker} tracker  @param {HTMLElement} parent */
-  constructor(tracker, parent) {
+  /** ArSession.start makes it. @param {DeviceTracker} tracker  @param {HTMLElement} parent  @param {Client | null} client of the service, if there is one  @param {string} map */
+  constructor(tracker, parent, client, map) {
     super();
     this.tracker = tracker;
+    this.client = client;
+    this.map = map;
     const video = Object.assign(document.createElement("video"), { muted: true, playsInline: true });
     // iOS gives no images of a video that is in no page, or not displayed.
     Object.assign(video.style, { position: "fixed", left: "0", top: "0", width: "1px", height: "1px", opacity: "0", pointerEvents: "none" });
     parent.append(video);
-    this.#source = new VideoSource(video, { onFrame: (time) => this.#follow(time), onEnded: () => this.#fail(new Error("the camera: it was taken away")) });
+    tracker.addEventListener("problem", (/** @type {any} */ { detail }) => this.#fail(new Error(detail)));
+    this.#source = new VideoSource(video, { onFrame: (time) => this.#follow(time), onEnded: () => this.#reopen() });
+    document.addEventListener("visibilitychange", () => this.#reopen(), { signal: this.#ended.signal });
   }
 
   async #open() {
@@ -77,10 +80,20 @@ export class ArSession extends EventTarget {
     const { signal } = this.#ended;
     const sensors = this.#gravity.start(signal);
     this.#gyroscope.start(signal);
-    const camera = this.#source.open().catch((error) => {
+    await Promise.all([sensors, this.#openCamera(), this.client?.map(this.map)]);
+  }
+
+  async #openCamera() {
+    try {
+      await this.#source.open();
+    } catch (/** @type {any} */ error) {
       throw new Error(`the camera: ${REASONS[error.name] ?? error.message}`, { cause: error });
-    });
-    await Promise.all([sensors, camera]);
+    }
+  }
+
+  // Systems take the camera from pages that are hidden.
+  #reopen() {
+    if (!document.hidden && !this.isStopped && this.#source.track?.readyState === "ended") this.#openCamera().catch((error) => this.#fail(error));
   }
 
   /** @param {number} time */
@@ -88,18 +101,15 @@ export class ArSession extends EventTarget {
     if (this.#isBusy || document.hidden) return;
     this.#isBusy = true;
     try {
-      const { video, size, isFront } = this.#source;
-      const small = sentSize(size.width, size.height);
-      const next = this.#pictures[1];
-      draw(next, video, size);
-      draw(this.#small, video, small);
-      const image = this.#small.context.getImageData(0, 0, small.width, small.height);
+      const source = this.#source;
+      const { size, isFront } = source;
+      const { image, canvas } = source.grab(sentSize(size.width, size.height));
+      const next = copyTo(this.#pictures[1], canvas);
       const gravity = this.#gravity.read(isFront);
-      const tracked = await this.tracker.process({ image, time, gyroscope: this.#gyroscope.read(isFront), ...(gravity && { gravity }), jpeg: () => this.#jpeg() });
+      const tracked = await this.tracker.process({ image, time, gyroscope: this.#gyroscope.read(isFront), gravity, jpeg: () => source.jpeg() });
       if (this.isStopped) return;
-      this.gravity = gravity;
       this.tracked = tracked;
-      this.picture = next.canvas;
+      this.picture = next;
       this.#pictures.reverse();
       this.dispatchEvent(new Event("tracked"));
     } catch (error) {
@@ -107,13 +117,6 @@ export class ArSession extends EventTarget {
     } finally {
       this.#isBusy = false;
     }
-  }
-
-  /** The image that is followed, as the bytes of a JPEG. */
-  async #jpeg() {
-    /** @type {Blob | null} */
-    const blob = await new Promise((resolve) => this.#small.canvas.toBlob(resolve, "image/jpeg", QUALITY));
-    return new Uint8Array((await blob?.arrayBuffer()) ?? []);
   }
 
   /** @param {any} error */
@@ -132,6 +135,6 @@ export class ArSession extends EventTarget {
     this.#ended.abort();
     this.#source.close();
     this.#source.video.remove();
-    this.tracker.delete();
+    this.tracker.end();
   }
 }

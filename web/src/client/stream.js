@@ -35,6 +35,7 @@ export class Stream extends EventTarget {
     this.socket.binaryType = "arraybuffer";
     this.socket.addEventListener("message", ({ data }) => this.take(JSON.parse(data)));
     this.socket.addEventListener("close", ({ code, reason }) => this.end(code, reason));
+    this.socket.addEventListener("error", () => this.end(1006, "")); // Node 20 tells nothing more of a connection that failed
     this.opened = this.waitFor("hello").then(
       (hello) => void (this.hello = hello),
       async (error) => {
@@ -93,6 +94,7 @@ export class Stream extends EventTarget {
 
   /** @param {number} code  @param {string} reason */
   end(code, reason) {
+    if (this.isClosed) return;
     this.isClosed = true;
     this.dispatchEvent(new MessageEvent("close", { data: { code, reason } }));
   }

@@ -62,6 +62,9 @@ export class ArLayer extends Group {
   #listen() {
     const { tracker } = this.session;
     tracker.addEventListener("run", () => this.#restart());
+    for (const type of ["hello", "map"]) tracker.addEventListener(type, (/** @type {any} */ { detail }) => this.#enterMap(detail));
+    tracker.addEventListener("map", () => this.#restart());
+    tracker.addEventListener("anchors", (/** @type {any} */ { detail }) => this.store.edit(detail));
     for (const part of ["restart", "map", "anchors"]) {
       this.store.addEventListener(part, () => {
         this.occluders.update(part);
@@ -74,6 +77,13 @@ export class ArLayer extends Group {
   invalidate() {}
   isHidden = () => false;
   toPage = () => null;
+
+  /** @param {import("../messages").MapMessage} message */
+  #enterMap(message) {
+    const { client } = this.session;
+    if (client) this.content.loader.setRequestHeader(client.headers);
+    this.store.enter({ ...message, models: message.models?.map(({ name, url }) => ({ name, url: `${client?.base ?? ""}${url}` })) });
+  }
 
   #restart() {
     this.#drawn = null;
@@ -121,12 +131,10 @@ export class ArLayer extends Group {
   #enter(world) {
     if (this.#drawn) this.#restart();
     this.#drawn = world;
-    const { gravity, tracked } = this.session;
-    const up = new Vector3(0, -1, 0);
-    this.#knowsUp = world === "map" || Boolean(gravity);
-    if (gravity && tracked?.pose) up.fromArray(gravity).negate().normalize().applyQuaternion(new Quaternion().fromArray(tracked.pose.rotation));
+    const { up } = this.session.tracker;
+    this.#knowsUp = world === "map" || Boolean(up);
     if (world === "map") this.#upright.copy(this.store.upright);
-    else this.#upright.setFromUnitVectors(up, UP);
+    else this.#upright.setFromUnitVectors(new Vector3(...(up ?? [0, -1, 0])), UP);
     this.world.quaternion.copy(this.#upright);
   }
 

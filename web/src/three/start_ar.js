@@ -16,6 +16,7 @@ const MOST_PIXELS = 2; // drawn in one of the page, along each side
 export class Ar {
   /** @type {((tap: Tap) => void) | undefined} */ onTap;
   /** @type {(() => void) | undefined} before each drawing */ onFrame;
+  /** @type {(error: Error) => void} the session ended */ onError = reportError;
   scene = new Scene();
   camera = new PerspectiveCamera();
   renderer = new WebGLRenderer({ antialias: true });
@@ -33,6 +34,7 @@ export class Ar {
     Object.assign(canvas.style, { display: "block", width: "100%", height: "100%", touchAction: "manipulation" });
     element.prepend(canvas);
     canvas.addEventListener("click", ({ offsetX, offsetY }) => this.onTap?.(this.#tap(offsetX, offsetY)));
+    session.addEventListener("error", (/** @type {any} */ { error }) => this.onError(error));
     this.renderer.setAnimationLoop(() => this.#draw());
   }
 
