@@ -39,8 +39,8 @@ export class GravitySensor {
   /** @param {AbortSignal} [signal] */
   async start(signal) {
     /** @type {any[]} */
-    const kinds = [globalThis.DeviceOrientationEvent, globalThis.DeviceMotionEvent]; // requestPermission is iOS's own
-    const isWebKit = Boolean(kinds[1]?.requestPermission);
+    const kinds = [globalThis.DeviceOrientationEvent, globalThis.DeviceMotionEvent];
+    const isWebKit = navigator.vendor.startsWith("Apple"); // requestPermission does not tell: Chromium has it, too
     const asked = kinds.map((kind) => kind?.requestPermission?.().catch(() => "denied"));
     addEventListener("deviceorientation", ({ beta, gamma }) => {
       if (beta !== null && gamma !== null) this.take(gravityOfOrientation(beta, gamma), "orientation");
