@@ -35,10 +35,23 @@ function hashOfSources() {
   return hash.digest("hex");
 }
 
+// The worker of the odometry, as the text of a module: a page has no references.
+const THREAD = {
+  name: "odometry_thread",
+  setup({ onResolve, onLoad, esbuild }) {
+    onResolve({ filter: /^oaslam:odometry_thread$/ }, ({ path }) => ({ path, namespace: "thread" }));
+    onLoad({ filter: /.*/, namespace: "thread" }, async () => {
+      const thread = join(root, "src", "odometry", "odometry_thread.js");
+      const { outputFiles } = await esbuild.build({ bundle: true, minify: true, write: false, charset: "ascii", format: "esm", target: "es2022", legalComments: "none", entryPoints: [thread] });
+      return { contents: outputFiles[0].text, loader: "text" };
+    });
+  },
+};
+
 async function build({ what, folder, bundle }) {
   const { build: esbuild } = await import("esbuild");
   const options = { bundle: true, minify: true, write: false, charset: "ascii", target: "es2022", legalComments: "none", logLevel: "warning" };
-  const script = await esbuild({ ...options, entryPoints: [join(folder, "main.jsx")], format: "iife", jsx: "automatic", jsxImportSource: "preact" });
+  const script = await esbuild({ ...options, entryPoints: [join(folder, "main.jsx")], format: "iife", plugins: [THREAD], define: { "import.meta.url": "document.baseURI" }, jsx: "automatic", jsxImportSource: "preact" });
   const style = await esbuild({ ...options, entryPoints: [join(folder, "style.css")] });
   const notices = Object.entries(PACKAGES).map(([name, title]) => `${title}:\n\n${readFileSync(join(root, "node_modules", name, "LICENSE"), "utf8").replaceAll("\u00a9", "(c)").trim()}`);
   const page = readFileSync(join(folder, "page.html"), "utf8")

@@ -53,10 +53,23 @@ export type WirePose = import("./client/api").Pose;
 export type WireAnchor = import("./client/api").Anchor;
 export type WireObject = import("./client/api").Object;
 export interface MapMessage {
-  type: "hello" | "map"; map?: string; may_write?: boolean; models?: Model[]; anchors?: WireAnchor[]; objects?: WireObject[]; up?: Triple; is_metric?: boolean;
+  type: "hello" | "map"; map?: string; digest?: string; may_write?: boolean; models?: Model[]; anchors?: WireAnchor[]; objects?: WireObject[]; up?: Triple; is_metric?: boolean;
 }
-/** `time`: that of the image, in seconds. `depth`: the median of its landmarks. */
-export interface Answer { type: "pose"; id: number; time: number; state: State; pose?: WirePose; camera?: Lens; depth: number; ms: number }
+/**
+ * `time`: that of the image, in seconds. `depth`: the median of its landmarks. `covariance`: 6 x 6, of a small motion of the camera along its axes (translation,
+ * rotation vector). `unit`: map units in the unit of the motion that was sent.
+ */
+export interface Answer {
+  type: "pose"; id: number; time: number; state: State; pose?: WirePose; confidence?: number; covariance?: number[]; unit?: number; camera?: Lens; depth: number; ms: number;
+}
+/** What the device's odometry tells of an image; a keyframe: image, position, rotation. */
+export interface Motion {
+  run: number; image: number; pose: WirePose; preliminary: boolean; agreeing: number; keyframes: number[][]; keyframe: boolean; depths: number[][];
+}
+export interface ImageHeader {
+  id: number; time: number; camera: Lens | "auto"; motion?: Motion | null; gravity?: Triple; angular_velocity?: number[][];
+  features?: { count: number; lowest: number; levels: number; factor: number };
+}
 export interface Progress { type: "progress"; keyframes?: number; landmarks?: number; objects?: number; text: string }
 export interface AnchorChanges { type: "anchors"; anchors?: WireAnchor[]; removed?: string[] }
 export type ServiceMessage = MapMessage | Answer | Progress | AnchorChanges | { type: "saved"; map?: string } | { type: "error"; message: string };

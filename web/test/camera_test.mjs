@@ -9,13 +9,17 @@ import { cameraFile, closeAll, contentPixels, LANDSCAPE, launch, newPage, PORTRA
 skipUnlessReady();
 const ROOT = process.env.OASLAM_SOURCE_DIR;
 const PAGE = readFileSync(join(ROOT, "web", "dist", "camera.html"));
-const POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src blob: data:; media-src blob:; connect-src 'self' blob: data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+const MODULE = readFileSync(join(ROOT, "web", "dist", "oaslam_odometry.wasm"));
+const POLICY = "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; worker-src blob:; style-src 'unsafe-inline'; img-src blob: data:; media-src blob:; connect-src 'self' blob: data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 const CAMERA = { model: "pinhole", width: 640, height: 480, fx: 500, fy: 520, cx: 300, cy: 260, distortion: [0, 0, 0, 0, 0] };
+// A millimetre and half a milliradian.
+const COVARIANCE = Array.from({ length: 36 }, (_, i) => (i % 7 ? 0 : i < 21 ? 1e-6 : 2.5e-7));
 const STILL = { position: [0, 0, 0], rotation: [0, 0, 0, 1] };
 const UPRIGHT = [1, 0, 0, 0]; // y up, while that of the camera points down
 
-let browser;
+let browser, walking; // with a camera that stands, and with one that moves
 before(async () => {
+  walking = await launch(cameraFile("walking", join(ROOT, "data", "sample", "map_front", "video.mp4")));
   browser = await launch(cameraFile("still", join(ROOT, "data", "sample", "map_front", "video.mp4"), 40, 41));
 });
 after(closeAll);
@@ -29,7 +33,7 @@ class Service {
   }
 
   pose(pose, more = {}) {
-    return { type: "pose", state: pose ? "tracking" : "lost", ...(pose ? { pose } : {}), confidence: 0.9, camera: CAMERA, depth: 1.5, dropped: 0, ms: 5, ...more };
+    return { type: "pose", state: pose ? "tracking" : "lost", ...(pose ? { pose, covariance: COVARIANCE } : {}), confidence: 0.95, camera: CAMERA, depth: 1.5, dropped: 0, ms: 5, ...more };
   }
 
   hello(map, more = {}) {
@@ -46,6 +50,7 @@ class Service {
       assert.equal(url.origin, origin, "a request to elsewhere");
       if (!this.isUp) return route.abort("connectionrefused");
       if (url.pathname === "/camera") return route.fulfill({ body: PAGE, contentType: "text/html", headers: { "Content-Security-Policy": POLICY } });
+      if (url.pathname === "/oaslam_odometry.wasm") return route.fulfill({ body: MODULE, contentType: "application/wasm" });
       if (url.pathname.startsWith("/models/")) return route.fulfill({ status: 404, json: { error: "no such model" } });
       const isKnown = !this.token || route.request().headers().authorization === `Bearer ${this.token}`;
       if (!isKnown) return route.fulfill({ status: 401, json: { error: "a token is needed" } });
@@ -70,9 +75,10 @@ class Service {
       if (typeof data === "string") return this.edit(socket, JSON.parse(data));
       const length = data.readUInt32LE(0);
       const header = JSON.parse(data.subarray(4, 4 + length).toString());
-      const jpeg = data.subarray(4 + length);
-      assert.ok(jpeg[0] === 0xff && jpeg[1] === 0xd8, "not a JPEG");
-      this.images.push({ ...header, at: performance.now(), bytes: jpeg.length });
+      const body = data.subarray(4 + length);
+      if (header.features) assert.equal(body.length, 45 * header.features.count);
+      else assert.ok(body[0] === 0xff && body[1] === 0xd8, "not a JPEG");
+      this.images.push({ ...header, at: performance.now(), bytes: body.length });
       const answer = this.answer(header, socket);
       if (answer) setTimeout(() => socket.say({ id: header.id, time: header.time, ...answer }), this.slow ?? 20);
     });
@@ -135,14 +141,15 @@ test("content stands in the picture where the pose and the lens put it, in any w
   }
   await page.setViewportSize(LANDSCAPE);
   assert.match(await page.locator("#state").textContent(), /in the map/);
-  assert.match(await page.locator("#delay").textContent(), /^\d+ ms$/);
+  assert.match(await page.locator("#age").textContent(), /^place \d\.\d s old$/);
   await page.locator("[data-action=objects]").tap();
   await shoot(page, "camera_mock");
-  // While the camera is lost no content is drawn.
+  // Where the service does not know the place, the device still follows its own motion.
   service.answer = () => service.pose(null);
   await page.waitForFunction(() => /looking for this place/.test(document.querySelector("#state").textContent));
-  await page.waitForSelector("#view[data-showing=false]");
-  assert.equal(await page.locator("#view .labels button:visible").count(), 0);
+  await page.waitForFunction(() => Number(document.querySelector("#age").textContent.match(/[\d.]+/)[0]) > 1);
+  assert.equal(await page.locator("#view").getAttribute("data-showing"), "true");
+  assert.equal(await page.locator("#view .labels button:visible").count(), 1);
   assert.deepEqual(page.errors, []);
   await page.context().close();
 });
@@ -163,7 +170,7 @@ test("the picture is shown without the distortion of its lens", async () => {
       context.drawImage(image, 0, 0, 640, 480);
       return context.getImageData(0, 0, 640, 480).data;
     };
-    const [shown, given] = [read(view.canvas), read(source.video)];
+    const [shown, given] = [read(view.canvas), read(source.small.canvas)];
     const at = (data, x, y) => [0, 1, 2].map((c) => data[4 * (640 * y + x) + c]);
     const result = { mapped: 0, same: 0, n: 0 };
     for (let v = 20; v < 460; v += 7)
@@ -185,81 +192,39 @@ test("the picture is shown without the distortion of its lens", async () => {
   await page.context().close();
 });
 
-test("what is drawn belongs to the picture that is shown, though answers are late; also without frame callbacks", async () => {
-  const service = new Service({ anchors: [anchorAt("pin", [0, 0, 1])] });
-  // The pose at the time of an image, of a camera with a constant motion.
-  const truth = (time) => {
-    const half = 0.2 * time;
-    return { position: [0.3 * time, 0, 0], rotation: [0, Math.sin(half), 0, Math.cos(half)] };
-  };
-  service.slow = 40;
-  service.answer = ({ time }) => service.pose(truth(time));
-  for (const hasCallbacks of [true, false]) {
-    const page = await newPage(browser);
-    if (!hasCallbacks) await page.addInitScript(() => delete HTMLVideoElement.prototype.requestVideoFrameCallback);
-    await service.serve(page);
-    await page.goto("http://localhost:8350/camera?map=desk");
-    await page.locator("[data-action=start]").tap();
-    await isShowing(page);
-    const drawn = await page.evaluate(async () => {
-      const { view, session } = window.oaslam;
-      const poses = [];
-      const draw = view.draw;
-      view.draw = () => {
-        draw.call(view);
-        if (view.shown) poses.push({ time: view.time, late: view.time - session.answer.time, pose: view.shown.pose });
-      };
-      await new Promise((done) => setTimeout(done, 3000));
-      return poses;
-    });
-    const last = drawn.slice(drawn.length >> 1);
-    assert.ok(last.length > 10);
-    let tooLate = -Infinity;
-    for (const { time, late, pose } of last) {
-      const { position, rotation } = truth(time);
-      if (late > 0.25) tooLate = time; // beyond the page's prediction; what is shown returns from it gradually
-      if (time - tooLate < 0.2) continue;
-      const angle = 2 * Math.asin(Math.min(1, Math.hypot(rotation[1] * pose[3] - rotation[3] * pose[1])));
-      assert.ok(angle < 0.01 && Math.abs(position[0] - pose[4]) < 0.008, JSON.stringify({ late, angle, by: position[0] - pose[4] }));
-    }
-    const late = last.map((each) => each.late).sort((a, b) => a - b)[last.length >> 1];
-    assert.ok(late > 0.05, String(late)); // without prediction the pose would be wrong by 0.02 rad and 0.015, or more
-    await page.context().close();
-  }
-});
-
-test("images go at the pace of the answers, with what was found about the camera, and none while the page is hidden", async () => {
+test("two images a second are sent where the place is sure, more where it is not, with the motion and what was found about the camera; none while the page is hidden", async () => {
   const service = new Service();
-  service.slow = 150;
+  service.slow = 100;
   const page = await openAndStart(service);
-  await page.waitForFunction(() => window.oaslam.session.ids > 12);
+  await page.waitForFunction(() => window.oaslam.session.stream.ids > 5);
   const first = service.images[0];
   assert.equal(first.camera, "auto");
-  assert.ok(first.id === 1 && first.time > 0 && first.gravity === undefined && first.angular_velocity === undefined);
-  const { camera, time } = service.images.at(-1);
+  assert.ok(first.id === 1 && first.time > 0 && first.gravity === undefined && first.motion === undefined);
+  const { camera, time, motion } = service.images.at(-1);
   assert.deepEqual(camera, CAMERA);
   assert.ok(time > first.time);
-  // A service that needs 150 ms gets two images in that time, and no more.
-  const [from, to] = [service.images[5], service.images.at(-1)];
-  assert.ok((to.at - from.at) / (to.id - from.id) > 70, String((to.at - from.at) / (to.id - from.id)));
+  assert.ok(motion.image >= 0 && motion.preliminary && Math.abs(Math.hypot(...motion.pose.rotation) - 1) < 1e-9, JSON.stringify(motion).slice(0, 300));
+  const pace = async (n) => {
+    const from = service.images.length;
+    await until(() => service.images.length > from + n);
+    const [a, b] = [service.images[from], service.images[from + n]];
+    return (b.at - a.at) / (b.id - a.id);
+  };
+  const sure = await pace(4);
+  assert.ok(sure > 480, String(sure));
   assert.ok(service.images.every(({ time }, i) => i === 0 || time > service.images[i - 1].time));
-  // Gravity, in the picture's axes: held upright, and rolled.
-  await page.evaluate(() => dispatchEvent(new DeviceOrientationEvent("deviceorientation", { alpha: 0, beta: 90, gamma: 0 })));
-  await page.evaluate(() => dispatchEvent(new DeviceMotionEvent("devicemotion", { rotationRate: { alpha: 0, beta: 90, gamma: 0 } })));
+  // Gravity, in the picture's axes: held upright.
   const feed = setInterval(() => page.evaluate(() => dispatchEvent(new DeviceOrientationEvent("deviceorientation", { alpha: 0, beta: 90, gamma: 0 }))).catch(() => null), 50);
   const n = service.images.length;
-  await page.waitForFunction((ids) => window.oaslam.session.ids > ids + 3, n);
+  await page.waitForFunction((ids) => window.oaslam.session.stream.ids > ids + 3, n);
   clearInterval(feed);
-  const rates = service.images.flatMap((image) => image.angular_velocity ?? []);
-  assert.ok(rates.length > 0 && Math.abs(Math.hypot(...rates[0].slice(1)) - Math.PI / 2) < 1e-6, String(rates[0]));
-  assert.ok(Math.abs(rates[0][0] - service.images.at(-1).time) < 60, String(rates[0])); // the clock of the images
   const { gravity } = service.images.at(-1);
   assert.ok(Math.abs(Math.hypot(...gravity) - 9.81) < 0.01, String(gravity));
   // The browser remembers the lens.
   await page.reload();
   const before = service.images.length;
   await page.locator("[data-action=start]").tap();
-  await page.waitForFunction(() => window.oaslam?.session.ids > 2);
+  await page.waitForFunction(() => window.oaslam?.session.stream.ids > 2);
   assert.deepEqual(service.images[before].camera, CAMERA);
   // The user can have it forgotten.
   await page.locator("#bar [data-action=maps]").tap();
@@ -271,15 +236,57 @@ test("images go at the pace of the answers, with what was found about the camera
   // A hidden page sends nothing.
   await page.evaluate(() => Object.defineProperty(document, "hidden", { configurable: true, get: () => true }));
   await page.waitForTimeout(100);
-  const [hidden, sent] = [service.images.length, await page.evaluate(() => window.oaslam.session.ids)];
+  const [hidden, sent] = [service.images.length, await page.evaluate(() => window.oaslam.session.stream.ids)];
   await page.waitForTimeout(500);
   assert.equal(service.images.length, hidden);
   await page.evaluate(() => {
     delete document.hidden;
     document.dispatchEvent(new Event("visibilitychange"));
   });
-  await page.waitForFunction((ids) => window.oaslam.session.ids > ids, sent);
+  await page.waitForFunction((ids) => window.oaslam.session.stream.ids > ids, sent);
   assert.deepEqual(page.errors, []);
+  await page.context().close();
+});
+
+test("with ?share=features no picture leaves the device", async () => {
+  const service = new Service({ anchors: [anchorAt("pin", [0, 0, 1])] });
+  service.answer = ({ camera }) => service.pose(STILL, { camera });
+  const page = await open(service, "/camera?map=desk&share=features");
+  assert.match(await page.locator("#screen").textContent(), /No image leaves this device/);
+  await page.locator("[data-action=start]").tap();
+  await isShowing(page);
+  assert.match(page.url(), /\?map=desk&share=features$/);
+  assert.ok(service.images.every(({ features, camera, bytes }) => features.count > 300 && bytes === 45 * features.count && features.lowest === 1 && camera.width === 640));
+  assert.deepEqual(page.errors, []);
+  await page.context().close();
+});
+
+test("without a server content is placed on what the odometry sees", async () => {
+  const service = new Service();
+  service.isUp = false;
+  const page = await newPage(walking);
+  await service.serve(page);
+  await page.route(/\/camera$|\.wasm$/, (route) => route.fulfill(/wasm$/.test(route.request().url()) ? { body: MODULE, contentType: "application/wasm" } : { body: PAGE, contentType: "text/html", headers: { "Content-Security-Policy": POLICY } }));
+  await page.goto("http://localhost:8350/camera");
+  await page.waitForSelector("[data-action=alone]");
+  await shoot(page, "camera_no_server");
+  await page.locator("[data-action=alone]").tap();
+  await page.waitForFunction(() => document.querySelector("#state")?.textContent === "without a map");
+  await page.locator("[data-action=place]").tap();
+  await page.touchscreen.tap(422, 250);
+  await page.waitForFunction(() => window.oaslam.state.anchors.length === 1);
+  // Where it was tapped, on the surface there, and it stays in the room: not in the picture.
+  const drawn = () => page.evaluate(() => ({ pixel: window.oaslam.view.pixelOf("pin 1"), image: window.oaslam.view.tracked.time, pose: window.oaslam.view.tracked.pose }));
+  const at = await drawn();
+  await page.waitForFunction(([x, y]) => {
+    const pixel = window.oaslam.view.pixelOf("pin 1");
+    return !pixel || Math.hypot(pixel.x - x, pixel.y - y) > 20;
+  }, [at.pixel.x, at.pixel.y]);
+  await shoot(page, "camera_alone");
+  await page.locator("#anchor [data-action=larger]").tap();
+  await page.locator("#anchor [data-action=remove]").tap();
+  await page.waitForFunction(() => window.oaslam.state.anchors.length === 0);
+  assert.deepEqual(page.errors.filter((error) => !/ERR_CONNECTION_REFUSED|Failed to load/.test(error)), []);
   await page.context().close();
 });
 
@@ -372,12 +379,14 @@ test("a lost connection comes back, later each time, and says why", async () => 
   service.isUp = false;
   service.drop();
   await page.waitForFunction(() => /no connection: again in \d s/.test(document.querySelector("#state").textContent));
-  await page.waitForSelector("#view[data-showing=false]"); // no content with a pose that is too old
-  await page.waitForFunction(() => window.oaslam.session.link.delay >= 2000);
+  // The device follows its own motion: content stays, and the page tells how old its place is.
+  await page.waitForFunction(() => Number(document.querySelector("#age").textContent.match(/[\d.]+/)[0]) > 1.5);
+  assert.equal(await page.locator("#view").getAttribute("data-showing"), "true");
+  await page.waitForFunction(() => window.oaslam.session.stream.link.delay >= 2000);
   service.isUp = true;
-  await isShowing(page);
+  await page.waitForFunction(() => document.querySelector("#state").textContent === "in the map");
   assert.equal(service.sockets.length, 1);
-  assert.equal(await page.evaluate(() => window.oaslam.session.link.delay), 500);
+  assert.equal(await page.evaluate(() => window.oaslam.session.stream.link.delay), 500);
   // The map was removed while the page had no connection.
   service.maps = ["hall"];
   service.drop();

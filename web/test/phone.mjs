@@ -27,11 +27,44 @@ export function cameraFile(name, video, from = 0, to = Infinity) {
   return file;
 }
 
+// Writes a video there and back, so that it can be played for ever without a cut. Its lowest eight rows tell the number of the image, in blocks of black and
+// white (imageNumberIn): content is compared with the truth of the very image that it is drawn in.
+const DIGITS = 10, BLOCK = 16;
+export function numberedCameraFile(name, video) {
+  const file = join(folder, `${name}.mjpeg`);
+  const digits = Array.from({ length: DIGITS }, (_, i) => `drawbox=x=${BLOCK * i}:y=ih-8:w=${BLOCK}:h=8:t=fill:color=white:enable='mod(floor(n/${2 ** i}),2)'`);
+  const filter = `split[a][b];[b]reverse[c];[a][c]concat,drawbox=x=0:y=ih-8:w=${BLOCK * DIGITS}:h=8:t=fill:color=black,${digits.join()}`;
+  const made = spawnSync("ffmpeg", ["-v", "error", "-y", "-i", video, "-filter_complex", filter, "-c:v", "mjpeg", "-q:v", "2", file], { encoding: "utf8" });
+  if (made.status !== 0) throw new Error(made.stderr);
+  return file;
+}
+
+// Keeps of each image that the page draws, in window.drawn: its number, the pose that was drawn with, how old the place was (s), and how long after the image
+// it was drawn (ms).
+export function watchDrawing(page) {
+  return page.evaluate(([digits, block]) => {
+    const { session, view } = window.oaslam;
+    const { process } = session;
+    let number = 0;
+    session.process = (image, time) => {
+      number = 0;
+      for (let i = 0; i < digits; ++i) if (image.data[4 * ((image.height - 4) * image.width + block * (i + 0.5))] > 128) number += 2 ** i;
+      return process.call(session, image, time);
+    };
+    window.drawn = [];
+    const { show } = view;
+    view.show = (tracked) => {
+      show.call(view, tracked);
+      window.drawn.push({ number, state: tracked.state, pose: tracked.pose, age: tracked.age, sigma: tracked.sigma / tracked.depth, late: performance.now() - 1000 * tracked.time });
+    };
+  }, [DIGITS, BLOCK]);
+}
+
 const browsers = [];
 export async function launch(file) {
   const browser = await playwright.chromium.launch({
     executablePath: CHROMIUM,
-    args: ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    args: ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-features=LocalNetworkAccessChecks",
       "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
       "--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream", ...(file ? [`--use-file-for-fake-video-capture=${file}`] : [])],
   });

@@ -1,5 +1,5 @@
 // The live picture behind the content, without the distortion of its lens, which content is drawn without, too.
-import { BufferAttribute, BufferGeometry, Camera, LinearFilter, Mesh, Scene, ShaderMaterial, Vector2, Vector4 } from "three";
+import { BufferAttribute, BufferGeometry, Camera, CanvasTexture, LinearFilter, Mesh, Scene, ShaderMaterial, Vector2, Vector4 } from "three";
 
 const VERTEX = `
 void main() { gl_Position = vec4(position.xy, 0.0, 1.0); }`;
@@ -31,12 +31,12 @@ void main() {
 }`;
 
 export class Backdrop {
-  /** @param {import("three").Texture} texture of the image */
-  constructor(texture) {
-    this.texture = texture;
-    this.texture.minFilter = this.texture.magFilter = LinearFilter;
+  /** @type {CanvasTexture | null} */ next = null; // has the image that is shown next, once its pose is known
+  size = ""; // of the images
+
+  constructor() {
     this.uniforms = {
-      map: { value: this.texture }, area: { value: new Vector4() }, size: { value: new Vector2() }, lens: { value: new Vector4() },
+      map: { value: /** @type {CanvasTexture | null} */ (null) }, area: { value: new Vector4() }, size: { value: new Vector2() }, lens: { value: new Vector4() },
       k: { value: [0, 0, 0, 0, 0] }, isFisheye: { value: false },
     };
     // One triangle that covers the canvas.
@@ -48,11 +48,29 @@ export class Backdrop {
     this.camera = new Camera();
   }
 
+  // Keeps the image on a canvas, which is drawn over afterwards, to be shown later.
+  take(renderer, canvas) {
+    const size = `${canvas.width}x${canvas.height}`;
+    if (size !== this.size) {
+      this.size = size;
+      for (const texture of [this.next, this.uniforms.map.value]) texture?.dispose();
+      this.next = this.uniforms.map.value = null;
+    }
+    this.next ??= Object.assign(new CanvasTexture(canvas), { minFilter: LinearFilter, magFilter: LinearFilter, generateMipmaps: false });
+    this.next.image = canvas;
+    this.next.needsUpdate = true;
+    renderer.initTexture(this.next);
+  }
+
+  // Shows the image that was taken last.
+  change() {
+    [this.next, this.uniforms.map.value] = [this.uniforms.map.value, this.next];
+  }
+
   // `area`: where the image is on an element of this height; `ratio`: drawn pixels in a pixel of the element.
   render(renderer, area, height, ratio) {
     this.cover(area, height, ratio);
-    this.texture.needsUpdate = true;
-    renderer.render(this.scene, this.camera);
+    if (this.uniforms.map.value) renderer.render(this.scene, this.camera);
   }
 
   // Puts the image there when `mesh` is drawn next.

@@ -58,7 +58,7 @@ export class GravitySensor {
     this.last = { gravity, source, at: now };
   }
 
-  // Gravity in the picture's axes; null where it is not known.
+  /** Gravity in the picture's axes; null where it is not known. @returns {import("../messages").Triple | null} */
   read(isFront) {
     if (!this.last || performance.now() - this.last.at > FRESH_MS) return null;
     return toPicture(this.last.gravity, screen.orientation?.angle ?? globalThis.orientation ?? 0, isFront);

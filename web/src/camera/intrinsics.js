@@ -1,10 +1,5 @@
 // The intrinsics of this device's cameras: the server finds them once, the browser remembers them.
-
-// The camera of the same image in another size. Pixel centres are at integer coordinates.
-export function scaledCamera(camera, width, height) {
-  const [sx, sy] = [width / camera.width, height / camera.height];
-  return { ...camera, width, height, fx: camera.fx * sx, fy: camera.fy * sy, cx: (camera.cx + 0.5) * sx - 0.5, cy: (camera.cy + 0.5) * sy - 0.5 };
-}
+import { scaledCamera } from "../device/lens.js";
 
 // The size at which an image has as many pixels as the server uses (features.resolution).
 export function sentSize(width, height, pixels = 640 * 480) {

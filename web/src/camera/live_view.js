@@ -1,17 +1,19 @@
-import { Vector3, VideoTexture, WebGLRenderer } from "three";
+import { Vector3, WebGLRenderer } from "three";
 import { ArScene } from "../ar_scene.js";
 import { lightAround } from "../content.js";
 import { ImageArea } from "../image_area.js";
 import { Labels } from "../labels.js";
 import { classColor, labelOf } from "../palette.js";
+import { guessedCamera } from "../device/lens.js";
 import { Backdrop } from "./backdrop.js";
+import { poseArray } from "./map_state.js";
 
-/** Content in the live picture, drawn with the pose of the image that is shown, which is predicted from those of earlier images. */
+/** Content in the live picture, drawn with the pose of the image that is shown. */
 export class LiveView extends ArScene {
   /** @type {import("./session.js").Session | null} */ session = null;
   isPlacing = false;
   isOnObjects = false; // content is placed on the tops of objects
-  time = 0; // of the image that is shown
+  /** @type {import("../device/device_tracker.js").Tracked | null} */ tracked = null; // the image that is shown
   size = ""; // of the canvas
 
   /** @param {HTMLElement} element  @param {import("./map_state.js").MapState} state  @param {import("../content.js").Content} content  @param {import("./video_source.js").VideoSource} source */
@@ -23,7 +25,7 @@ export class LiveView extends ArScene {
     this.canvas = this.renderer.domElement;
     element.prepend(this.canvas);
     lightAround(this.scene, this.renderer, 0.45);
-    this.backdrop = new Backdrop(new VideoTexture(source.video));
+    this.backdrop = new Backdrop();
     this.names = new Labels(element, "object", () => {});
     for (const part of ["map", "anchors", "restart"]) state.addEventListener(part, () => this.update(part));
     new ResizeObserver(() => this.invalidate()).observe(element);
@@ -35,30 +37,31 @@ export class LiveView extends ArScene {
     if (part === "map") this.names.set(this.store.mappedObjects().map((o) => ({ key: o.id, text: labelOf(o), color: classColor(o.category_id, 70) })));
   }
 
-  // To be called when the video element shows the image of a moment.
-  show(time) {
-    this.time = time;
+  // Takes the image on a canvas, which is shown when its pose is known.
+  take(canvas) {
+    this.backdrop.take(this.renderer, canvas);
+  }
+
+  // Shows the image that was taken last. @param {import("../device/device_tracker.js").Tracked} tracked
+  show(tracked) {
+    this.tracked = tracked;
+    this.backdrop.change();
     this.draw();
   }
 
-  /** A guess while the camera's intrinsics are unknown: the picture is shown with it, and no content. @returns {import("../messages").Lens} */
-  intrinsicsOf({ camera, sentSize: { width, height } }) {
-    if (camera?.width === width && camera.height === height) return camera;
-    return { width, height, fx: width, fy: width, cx: (width - 1) / 2, cy: (height - 1) / 2 };
-  }
-
   draw() {
-    const { element, renderer, session } = this;
+    const { element, renderer, session, tracked } = this;
     const [width, height] = [element.clientWidth, element.clientHeight];
-    if (!session || !this.source.isOpen || width === 0 || height === 0) return;
+    if (!session || !tracked || !this.source.isOpen || width === 0 || height === 0) return;
     const ratio = Math.min(devicePixelRatio, 2);
     const size = [width, height, ratio];
     if (size.join() !== this.size) {
       this.size = size.join();
       renderer.setDrawingBufferSize(width, height, ratio);
     }
-    const camera = this.intrinsicsOf(session);
-    const pose = session.camera === camera ? session.motion.show(this.time) : null;
+    // While the lens is unknown the picture is shown with a guess, and no content.
+    const camera = tracked.camera ?? guessedCamera(session.size.width, session.size.height);
+    const pose = tracked.pose && poseArray(tracked.pose);
     this.shown = pose ? { pose, camera } : null;
     this.isShowing = Boolean(pose);
     element.dataset.showing = String(this.isShowing);

@@ -18,6 +18,9 @@ import { VideoSource } from "./video_source.js";
 
 const LEAST_KEYFRAMES = 5; // of a map that the server saves
 
+const parameters = new URLSearchParams(location.search);
+const share = parameters.get("share") === "features" ? "features" : "images";
+
 const $ = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
 const service = new Service(location);
 const state = new MapState();
@@ -32,6 +35,7 @@ const source = new VideoSource(/** @type {HTMLVideoElement} */ ($("video")), { o
 let view = null;
 /** @type {Session | null} */
 let session = null;
+let isWorking = false; // at an image
 
 // What the panels show beside map and session; after a change they are drawn anew.
 const ui = {
@@ -44,9 +48,9 @@ function set(changes) {
   Object.assign(ui, changes);
   draw();
 }
-const edits = new AnchorEdits(state, (message) => session?.link.send(message));
+const edits = new AnchorEdits(state, (message) => session?.send(message));
 for (const part of ["hello", "anchors"]) state.addEventListener(part, draw);
-setInterval(() => session?.link.state === "waiting" && draw(), 500); // the seconds until it opens again
+setInterval(() => session && draw(), 250); // the age of the place, and the seconds until a connection opens again
 
 function Panels() {
   const anchor = state.anchors.find(({ name }) => name === ui.anchor);
@@ -66,13 +70,13 @@ function Panels() {
   );
 }
 
-function Bar({ session: { kind, link, isFinishing, progress }, view: { isPlacing, occluders } }) {
-  const isOpen = link.state === "open";
+function Bar({ session: { kind, stream, tracked, isFinishing, progress }, view: { isPlacing, occluders } }) {
+  const isOpen = stream ? stream.link.state === "open" : tracked?.state === "tracking";
   const areObjectsShown = occluders.outlines.visible;
   const mayFinish = isOpen && !isFinishing && progress?.keyframes >= LEAST_KEYFRAMES;
   return (
     <div id="bar">
-      {kind === "track" && state.mayEdit && state.models.length > 0 && <button data-action="place" disabled={!isOpen} aria-pressed={isPlacing} onClick={() => setPlacing(!isPlacing)}>Place</button>}
+      {kind !== "record" && state.mayEdit && state.models.length > 0 && <button data-action="place" disabled={!isOpen} aria-pressed={isPlacing} onClick={() => setPlacing(!isPlacing)}>Place</button>}
       {kind === "track" && <button data-action="objects" aria-pressed={areObjectsShown} onClick={() => showObjects(!areObjectsShown)}>Objects</button>}
       {kind === "record" && <button data-action="finish" disabled={!mayFinish} onClick={finish}>Finish</button>}
       <button data-action="maps" onClick={leave}>{kind === "record" ? "Cancel" : "Maps"}</button>
@@ -93,7 +97,7 @@ async function choose() {
   } catch (error) {
     const isAnswer = error instanceof ServiceError && error.status !== null;
     if (isAnswer && error.isAboutToken) set({ screen: <TokenForm onToken={setToken} /> });
-    else set({ screen: <NoMaps text={isAnswer ? error.message : "The server does not answer."} onAgain={choose} /> });
+    else set({ screen: <NoMaps text={isAnswer ? error.message : "The server does not answer."} onAgain={choose} onAlone={() => start("", "alone")} /> });
   }
 }
 
@@ -105,7 +109,8 @@ function setToken(token) {
 }
 
 function addressOf(map) {
-  return `${location.origin}${location.pathname}${map ? `?map=${encodeURIComponent(map)}` : ""}${location.hash}`;
+  const search = new URLSearchParams({ ...(map && { map }), ...(share === "features" && { share }) }).toString();
+  return `${location.origin}${location.pathname}${search && `?${search}`}${location.hash}`;
 }
 
 // Shows help where the browser refuses something; returns whether it does.
@@ -131,7 +136,7 @@ async function openCamera() {
   }
 }
 
-/** To be called while a tap is handled: browsers ask for the sensors only then. @param {string} map  @param {"track" | "record"} kind */
+/** To be called while a tap is handled: browsers ask for the sensors only then. @param {string} map  @param {"track" | "record" | "alone"} kind */
 async function start(map, kind) {
   const sensors = gravity.start();
   if (!source.isOpen && !(await openCamera())) return;
@@ -160,7 +165,7 @@ function enter(map, kind, view) {
   setPlacing(false);
   history.replaceState(null, "", addressOf(kind === "track" ? map : null));
   document.body.dataset.kind = kind;
-  const entered = new Session({ service, state, source, gravity, gyroscope, cameras }, map, kind);
+  const entered = new Session({ service, state, source, gravity, gyroscope, cameras }, map, kind, { share });
   session = view.session = entered;
   Object.assign(window, { oaslam: { session, state, source, view, service, cameras } });
   for (const part of ["link", "answer", "progress"]) entered.addEventListener(part, draw);
@@ -184,10 +189,19 @@ function finish() {
   draw();
 }
 
-function onFrame(time) {
-  if (!session) return;
-  session.offer(time);
-  view?.show(time);
+// While one image is worked at, others are left out: the next one is newer.
+async function onFrame(time) {
+  const [entered, shown] = [session, view];
+  if (!entered || !shown || isWorking || document.hidden) return;
+  isWorking = true;
+  try {
+    const { image, canvas } = source.grab(entered.size);
+    shown.take(canvas);
+    const tracked = await entered.process(image, time);
+    if (entered === session) shown.show(tracked);
+  } finally {
+    isWorking = false;
+  }
 }
 
 function pickAnchor(name) {
@@ -214,19 +228,18 @@ function showObjects(on) {
 // While the page is hidden it sends nothing, and the system may take the camera from it.
 document.addEventListener("visibilitychange", () => {
   if (document.hidden || !session) return;
-  session.motion.reset();
-  session.link.hurry();
+  session.stream?.link.hurry();
   stayAwake();
   if (!source.isOpen) openCamera();
 });
-addEventListener("online", () => session?.link.hurry());
+addEventListener("online", () => session?.stream?.link.hurry());
 
 async function stayAwake() {
   await navigator.wakeLock?.request("screen").catch(() => null);
 }
 
 if (!isRefused(null)) {
-  const map = new URLSearchParams(location.search).get("map");
-  if (map) set({ screen: <Start map={map} onStart={start} onMaps={choose} /> });
+  const map = parameters.get("map");
+  if (map) set({ screen: <Start map={map} sharesImages={share === "images"} onStart={start} onMaps={choose} /> });
   else choose();
 }

@@ -1,19 +1,19 @@
 // What lies over the picture.
 import { AnchorButton, NameField } from "../anchor_controls.jsx";
 import { short } from "../palette.js";
-import { describe } from "./words.js";
+import { ageInWords, describe } from "./words.js";
 
-/** State and delay of the camera, and its map. @param {{ session: import("./session.js").Session, onLeave: () => void }} props */
+/** State of the camera, how old its place is, and its map. @param {{ session: import("./session.js").Session, onLeave: () => void }} props */
 export function Header({ session, onLeave }) {
-  const { map, link, why, answer, delay, kind, isFinishing } = session;
-  const seconds = (link.retryAt - performance.now()) / 1000;
-  const { state, text } = describe({ link: link.state, why, seconds, answer, kind, isFinishing });
-  const title = answer ? `from an image to its pose; ${Math.round(answer.ms)} ms of it the server's work` : "";
+  const { map, stream, why, answer, kind, isFinishing, tracked } = session;
+  const seconds = ((stream?.link.retryAt ?? 0) - performance.now()) / 1000;
+  const { state, text } = describe({ link: stream?.link.state, why, seconds, answer, kind, isFinishing, tracked });
+  const age = tracked?.pose ? tracked.age : null;
   return (
     <header>
       <span id="state" class="pill" data-state={state}>{text}</span>
-      {delay !== null && <span id="delay" class="pill" title={title}>{Math.round(delay * 1000)} ms</span>}
-      <button id="name" class="pill" title="maps" onClick={onLeave}>{map}</button>
+      {age !== null && <span id="age" class="pill" title="since the image by which the server has placed the camera; the device follows it since">{ageInWords(age)}</span>}
+      <button id="name" class="pill" title="maps" onClick={onLeave}>{map || "no map"}</button>
     </header>
   );
 }

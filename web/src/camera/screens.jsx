@@ -10,9 +10,9 @@ const Button = ({ action, ...rest }) => <button data-action={action} {...rest} /
 export const Screen = ({ children }) => <section id="screen"><div class="card"><h1>OA-SLAM</h1>{children}</div></section>;
 
 // The map of the page's address. (`onStart` runs while the tap is handled: browsers ask for camera and sensors only then.)
-export const Start = ({ map, onStart, onMaps }) => (
+export const Start = ({ map, sharesImages, onStart, onMaps }) => (
   <>
-    <p>The camera is found in the map <b>{map}</b>, and what stands there is drawn in its picture. Images go to this server; it keeps none unless it was told to.</p>
+    <p>The camera is found in the map <b>{map}</b>, and what stands there is drawn in its picture. {sharesImages ? "Images go to this server, one or two a second; it keeps none unless it was told to." : "No image leaves this device: only key points and their descriptors go to this server."}</p>
     <Button action="start" class="primary" onClick={() => onStart(map, "track")}>Start</Button>
     <Button action="maps" onClick={onMaps}>Other maps</Button>
   </>
@@ -20,10 +20,12 @@ export const Start = ({ map, onStart, onMaps }) => (
 
 export const Looking = () => <p class="muted">{"looking for maps\u2026"}</p>;
 
-export const NoMaps = ({ text, onAgain }) => (
+export const NoMaps = ({ text, onAgain, onAlone }) => (
   <>
     <p>{text}</p>
     <Button action="again" class="primary" onClick={onAgain}>Again</Button>
+    <Button action="alone" onClick={onAlone}>Without a map</Button>
+    <p class="muted">Without a map, content stands on what the camera sees, and is gone when the page is left.</p>
   </>
 );
 

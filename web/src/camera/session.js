@@ -1,33 +1,35 @@
 /** @import { Answer, Lens, Progress, ServiceMessage } from "../messages" */
+/** @import { Tracked } from "../device/device_tracker.js" */
+import { DeviceTracker } from "../device/device_tracker.js";
+import { Stream } from "../device/stream.js";
 import { sentSize } from "./intrinsics.js";
-import { Link } from "../link.js";
-import { poseArray } from "./map_state.js";
-import { MotionFilter } from "./motion.js";
-import { packImage } from "./framing.js";
-import { Pacer } from "./pacer.js";
+import { LocalMap } from "./local_map.js";
+import { odometryThread, WASM } from "./odometry_files.js";
 
-const SILENCE_MS = 15000; // after which a connection that is open is considered lost
+const RECORD_INTERVAL = 60; // ms between images of a new map while the answer is on its way
+const NO_POINTS = new Float32Array(0);
 
-/** A camera in a map ("track"), or one that makes a map ("record"): sends images, takes answers. Events: "link", "answer", "progress", "saved", "said" (its detail: a text for a person). */
+/**
+ * A camera in a map ("track"), one that makes a map ("record"), or one without a map and a server ("alone"). Events: "link", "answer", "progress", "saved",
+ * "said" (its detail: a text for a person).
+ */
 export class Session extends EventTarget {
-  pacer = new Pacer();
-  motion = new MotionFilter();
-  ids = 0; // of images
+  /** @type {DeviceTracker | null} */ tracker = null; // none in a recording: the server needs all images
+  /** @type {Stream | null} */ stream = null; // none without a server
+  /** @type {LocalMap | null} */ local = null; // what stands where there is no map
   /** @type {Answer | null} */ answer = null; // the last
-  /** @type {Lens | null} */ camera = null;
-  /** @type {Lens | "auto"} */ asked = "auto"; // the lens that the last image was sent with
-  /** @type {number | null} */ delay = null; // seconds from image to answer, smoothed
+  /** @type {Tracked | null} */ tracked = null; // the last image
   /** @type {Progress | null} */ progress = null;
-  isEncoding = false;
   isFinishing = false;
   /** @type {string | null} */ why = null; // why there is no connection
+  lensKey = ""; // of the lens that the tracker was told
 
   /**
    * @param {{ service: import("../service.js").Service, state: import("./map_state.js").MapState, source: import("./video_source.js").VideoSource,
    *   gravity: import("./gravity.js").GravitySensor, gyroscope: import("./gyroscope.js").Gyroscope, cameras: import("./intrinsics.js").KnownCameras }} parts
-   * @param {string} map  @param {"track" | "record"} kind
+   * @param {string} map  @param {"track" | "record" | "alone"} kind  @param {{ share?: "images" | "features" }} [options]
    */
-  constructor({ service, state, source, gravity, gyroscope, cameras }, map, kind) {
+  constructor({ service, state, source, gravity, gyroscope, cameras }, map, kind, { share = "images" } = {}) {
     super();
     this.service = service;
     this.state = state;
@@ -37,22 +39,32 @@ export class Session extends EventTarget {
     this.cameras = cameras;
     this.map = map;
     this.kind = kind;
-    this.link = new Link({ ...service.socketOf(map, kind), comesBack: kind === "track", onMessage: (message) => this.take(message), onState: (now) => this.follow(now) });
+    if (kind === "record") this.stream = new Stream({ ...service.socketOf(map, kind), comesBack: false });
+    else this.follow(kind === "track" ? { url: service.base, map, token: service.token } : null, share);
+    this.stream?.addEventListener("link", (/** @type {any} */ { detail }) => this.takeLink(detail));
+    this.stream?.addEventListener("message", (/** @type {any} */ { detail }) => this.take(detail));
   }
 
-  follow(now) {
+  follow(service, share) {
+    const tracker = new DeviceTracker({ service, share, wasm: WASM, worker: odometryThread });
+    this.tracker = tracker;
+    this.stream = tracker.stream;
+    tracker.addEventListener("camera", (/** @type {any} */ { detail }) => this.cameras.remember(this.source.lens, detail));
+    tracker.addEventListener("problem", (/** @type {any} */ { detail }) => this.say(detail));
+    if (service) return;
+    this.local = new LocalMap(this.state, tracker);
+    tracker.addEventListener("run", () => this.local?.clear() && this.say("the camera lost its way: what was placed is gone"));
+  }
+
+  takeLink(now) {
     if (now === "waiting") {
-      this.pacer.reset();
-      this.answer = this.delay = null;
+      this.answer = null;
       this.service.whyNot(this.map, this.kind).then((why) => {
         this.why = why;
         this.tell("link");
       });
     }
-    if (now === "open") {
-      this.why = null;
-      this.motion.reset();
-    }
+    if (now === "open") this.why = null;
     this.tell("link");
   }
 
@@ -60,13 +72,12 @@ export class Session extends EventTarget {
   take(message) {
     if (message.type === "hello" || message.type === "map") {
       this.state.enter(message);
-      if (message.type === "map") {
-        this.motion.reset();
-        this.say("the map was replaced");
-      }
+      if (message.type === "map") this.say("the map was replaced");
     } else if (message.type === "anchors") this.state.edit(message);
-    else if (message.type === "pose") this.takePose(message);
-    else if (message.type === "progress") {
+    else if (message.type === "pose") {
+      this.answer = message;
+      this.tell("answer");
+    } else if (message.type === "progress") {
       this.progress = message;
       this.tell("progress");
     } else if (message.type === "saved") {
@@ -79,65 +90,57 @@ export class Session extends EventTarget {
     }
   }
 
-  /** @param {Answer} message */
-  takePose(message) {
-    const now = performance.now();
-    this.pacer.answered(message.id, now);
-    const delay = now / 1000 - message.time;
-    this.delay = this.delay === null ? delay : 0.9 * this.delay + 0.1 * delay;
-    this.answer = message;
-    if (message.camera) this.takeCamera(message.camera, Boolean(message.pose));
-    if (message.pose) this.motion.add(poseArray(message.pose), message.time, message.depth);
-    else this.motion.reset();
-    this.tell("answer");
-  }
-
-  // Intrinsics that were found for an unknown camera are remembered, unless the picture was turned since the image was sent.
-  takeCamera(camera, hasPose) {
-    const size = this.sentSize;
-    if (camera.width !== size.width || camera.height !== size.height) return;
-    this.camera = camera;
-    const { lens } = this.source;
-    if (hasPose && this.asked === "auto" && !this.cameras.recall(lens, size)) this.cameras.remember(lens, camera);
-  }
-
-  get sentSize() {
+  // Of the images that are tracked and sent.
+  get size() {
     const { width, height } = this.source.size;
     return sentSize(width, height);
   }
 
-  // To be called for each image of the camera: sends it if it is time for one.
-  async offer(time) {
-    const now = performance.now();
-    if (this.isFinishing || this.isEncoding || document.hidden) return;
-    const maySend = this.pacer.maySend(now);
-    // Checked although what was sent may still be on its way: a network that is gone says nothing.
-    if (!maySend && this.link.state === "open" && now - this.link.heard > SILENCE_MS) return void this.link.restart();
-    if (!maySend || !this.link.isFree) return;
-    this.isEncoding = true;
-    try {
-      const size = this.sentSize;
-      const gravity = this.gravity.read(this.source.isFront);
-      const jpeg = await this.source.jpeg(size);
-      if (!this.link.isFree) return;
-      const id = ++this.ids;
-      this.asked = this.cameras.recall(this.source.lens, size) ?? "auto";
-      const rates = this.gyroscope.read(this.source.isFront);
-      const sensors = { ...(gravity && { gravity }), ...(rates.length > 0 && { angular_velocity: rates }) };
-      this.link.sendBytes(packImage({ type: "image", id, time, camera: this.asked, ...sensors }, jpeg));
-      this.pacer.sent(id, now);
-    } finally {
-      this.isEncoding = false;
+  /** What the browser knows of the lens. @returns {Lens | null} */
+  get knownLens() {
+    return this.cameras.recall(this.source.lens, this.size);
+  }
+
+  /** Follows the camera with the image that was taken last. @param {ImageData} image  @param {number} time  @returns {Promise<Tracked>} */
+  async process(image, time) {
+    const gravity = this.gravity.read(this.source.isFront);
+    const gyroscope = this.gyroscope.read(this.source.isFront);
+    const jpeg = () => this.source.jpeg();
+    if (!this.tracker) this.record({ time, gravity, gyroscope, jpeg });
+    else {
+      const { label, deviceId, width, height } = this.source.lens;
+      const key = [label, deviceId, width, height].join();
+      if (key !== this.lensKey) this.tracker.setCamera(this.knownLens);
+      this.lensKey = key;
     }
+    this.tracked = (await this.tracker?.process({ image, time, gravity, gyroscope, jpeg })) ??
+      { time, state: "starting", camera: null, pose: null, world: null, age: null, sigma: null, depth: null, points: NO_POINTS };
+    return this.tracked;
+  }
+
+  // Sends an image of a new map, if it is time for one.
+  async record({ time, gravity, gyroscope, jpeg }) {
+    const stream = /** @type {Stream} */ (this.stream);
+    if (this.isFinishing || !stream.isDue(0, RECORD_INTERVAL)) return;
+    const id = stream.begin();
+    const camera = this.knownLens ?? "auto";
+    stream.sendImage({ id, time, camera, ...(gravity && { gravity }), ...(gyroscope.length > 0 && { angular_velocity: gyroscope }) }, await jpeg());
+  }
+
+  /** An edit of the anchors. @param {import("../messages").Request} message */
+  send(message) {
+    if (this.local) this.local.edit(message);
+    else this.stream?.send(message);
   }
 
   finish() {
     this.isFinishing = true;
-    this.link.send({ type: "finish" });
+    this.stream?.send({ type: "finish" });
   }
 
   end() {
-    this.link.end();
+    this.tracker?.end();
+    this.stream?.end();
   }
 
   say(text) {

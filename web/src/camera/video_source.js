@@ -5,8 +5,8 @@ const QUALITY = 0.7; // of JPEG
 export class VideoSource {
   /** @type {MediaStreamTrack | undefined} */ track;
   /** @type {string | null} */ clock = null; // where the times of images come from: the sources differ by an offset
-  canvas = document.createElement("canvas");
-  context = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext("2d", { alpha: false }));
+  picture = contextOf(false); // the image as it is shown
+  small = contextOf(true); // the image as it is tracked and sent
   last = 0; // time of an image
 
   /** `onFrame` gets the time of each image, in seconds on the clock of performance.now(). @param {HTMLVideoElement} video  @param {{ onFrame: (time: number) => void, onEnded: () => void }} events */
@@ -65,13 +65,31 @@ export class VideoSource {
     next(step);
   }
 
-  // The present image in a size, as the bytes of a JPEG.
-  async jpeg({ width, height }) {
-    const { canvas } = this;
-    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
-    this.context.drawImage(this.video, 0, 0, width, height);
+  // Takes the present image in a size: all of its uses are of the same image, while the video goes on.
+  grab({ width, height }) {
+    const { video, picture, small } = this;
+    const isWhole = width === this.size.width && height === this.size.height;
+    if (!isWhole) draw(picture, video, this.size);
+    draw(small, isWhole ? video : picture.canvas, { width, height });
+    return { image: small.getImageData(0, 0, width, height), canvas: isWhole ? small.canvas : picture.canvas };
+  }
+
+  // The image that was taken last, as the bytes of a JPEG.
+  async jpeg() {
     /** @type {Blob | null} */
-    const blob = await new Promise((resolve) => canvas.toBlob(resolve, "image/jpeg", QUALITY));
+    const blob = await new Promise((resolve) => this.small.canvas.toBlob(resolve, "image/jpeg", QUALITY));
     return new Uint8Array((await blob?.arrayBuffer()) ?? []);
   }
+}
+
+/** @returns {CanvasRenderingContext2D} */
+function contextOf(willReadFrequently) {
+  return /** @type {CanvasRenderingContext2D} */ (document.createElement("canvas").getContext("2d", { alpha: false, willReadFrequently }));
+}
+
+/** @param {CanvasRenderingContext2D} context */
+function draw(context, image, { width, height }) {
+  const { canvas } = context;
+  if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+  context.drawImage(image, 0, 0, width, height);
 }

@@ -1,7 +1,7 @@
 // Cameras over a WebSocket: followed in a map, or making a new one.
 /** @import { Anchor, Camera, Detection, Vector } from "./api" */
 /** @import { ServiceMessage, Request } from "../messages" */
-import { packImage } from "../camera/framing.js";
+import { packImage } from "../device/framing.js";
 import { ServiceError } from "./service_error.js";
 
 /**

@@ -1,10 +1,11 @@
 /** @import { ArSession } from "../ar/session.js" */
 /** @import { Lens, Pixel } from "../messages" */
-import { Box3, CanvasTexture, Group, Matrix4, Quaternion, Raycaster, Sphere, Vector3 } from "three";
+import { Box3, CanvasTexture, Group, LinearFilter, Matrix4, Quaternion, Raycaster, Sphere, Vector3 } from "three";
 import { AnchorsLayer } from "../anchors_layer.js";
 import { Backdrop } from "../camera/backdrop.js";
 import { MapState, poseArray } from "../camera/map_state.js";
 import { Content } from "../content.js";
+import { guessedCamera } from "../device/lens.js";
 import { ImageArea } from "../image_area.js";
 import { OccludersLayer } from "../occluders_layer.js";
 import { FLIP, rayThrough, setProjection } from "../projection.js";
@@ -31,8 +32,8 @@ export class ArLayer extends Group {
   /** The map, with a service. */ store = new MapState();
   /** In the map's or the odometry's frame. */ world = new Group();
   element = document.createElement("div"); // AnchorsLayer writes names there: they are in no page
-  #texture = new CanvasTexture(document.createElement("canvas"));
-  #backdrop = new Backdrop(this.#texture);
+  #texture = Object.assign(new CanvasTexture(document.createElement("canvas")), { minFilter: LinearFilter, generateMipmaps: false });
+  #backdrop = new Backdrop();
   #upright = new Quaternion(); // from the world's frame to the layer's
   #knowsUp = false;
   /** @type {"map" | "odometry" | null} */ #drawn = null; // the world that content stands in
@@ -51,7 +52,8 @@ export class ArLayer extends Group {
     this.content = new Content(this.store);
     this.occluders = new OccludersLayer(this);
     this.anchors = new AnchorsLayer(this, this.content, { shadows: true, own: content });
-    const { mesh } = this.#backdrop;
+    const { mesh, uniforms } = this.#backdrop;
+    uniforms.map.value = this.#texture;
     mesh.renderOrder = FIRST;
     mesh.visible = false;
     this.addEventListener("added", () => this.parent?.add(mesh));
@@ -118,13 +120,8 @@ export class ArLayer extends Group {
       texture.needsUpdate = true;
     }
     this.#backdrop.mesh.visible = true;
-    this.area = new ImageArea(canvas, this.#lens(picture), { fills: true });
+    this.area = new ImageArea(canvas, this.session.tracked?.camera ?? guessedCamera(picture.width, picture.height), { fills: true });
     this.#backdrop.cover(this.area, canvas.clientHeight, canvas.width / canvas.clientWidth);
-  }
-
-  /** A guess while the intrinsics are unknown: the picture is shown with it, and no content. @param {HTMLCanvasElement} picture @returns {Lens} */
-  #lens({ width, height }) {
-    return this.session.tracked?.camera ?? { width, height, fx: width, fy: width, cx: (width - 1) / 2, cy: (height - 1) / 2 };
   }
 
   /** Begins in a world: its up is that of the map, that of gravity, or that of a camera held upright. @param {"map" | "odometry" | null} world */

@@ -1,0 +1,286 @@
+/** @import { Answer, ImageHeader, Lens, Request, ServiceMessage, Triple, WirePose } from "../messages" */
+import { OdometryWorker } from "../odometry/odometry_worker.js";
+import { guessedCamera, rayOf, scaledCamera } from "./lens.js";
+import { motionOf, Place } from "./place.js";
+import { add, rotate } from "./rigid.js";
+import { Stream } from "./stream.js";
+import { surfaceAt } from "./surface.js";
+
+/**
+ * What is known of an image. `state`: "starting" (the lens is not known yet, or the odometry is being loaded), or that of the odometry. `pose`: camera to world,
+ * with OpenCV's axes, where it is good enough to draw with. `world`: what it is in. `age`: seconds since the image by which the service placed the camera last.
+ * `sigma`: of the position, and `depth` of what is seen, in the unit of the world. `points`: x and y in pixels and inverse depth (in the odometry's unit) each.
+ * @typedef {object} Tracked
+ * @property {number} time
+ * @property {"starting" | import("../odometry/oaslam_odometry.js").State} state
+ * @property {Lens | null} camera
+ * @property {WirePose | null} pose
+ * @property {"map" | "odometry" | null} world
+ * @property {number | null} age
+ * @property {number | null} sigma
+ * @property {number | null} depth
+ * @property {Float32Array} points
+ */
+
+const SURE = 500; // ms between images while the place is sure
+const SLOW = { sure: 1000, unsure: 300 }; // ms after which the next image is sent although the last is not answered
+// Of the position, as shares of the depth: content appears when it is better than the first, and goes when it is worse than the second. While the motion is
+// preliminary it goes at the first already.
+const APPEARS = 0.01, GOES = 0.1;
+const UNSURE = 0.006; // share of the depth from which on an answer is asked for at once
+const OTHER_LENS = 0.02; // share by which the focal length must be off for the odometry to begin anew
+const NO_POINTS = new Float32Array(0);
+const FEATURES = 1000; // key points of an image that is shared as these
+const FORGOTTEN = 100; // images after which an answer is not waited for any more
+
+/**
+ * A camera that is followed on the device itself. With a service it is placed in a map there, by one or two images a second; without one its world is what the
+ * odometry sees. Events: "anchors", "map", "hello", "pose", "error" (messages of the service, as `detail`), "link" (the state of the connection), "run" (the
+ * odometry began anew), "camera" (the lens was found), "problem" (a text: there is no odometry).
+ */
+export class DeviceTracker extends EventTarget {
+  /** @type {Stream | null} */ stream = null;
+  /** @type {Lens | null} */ camera = null; // of the images
+  place = new Place();
+  /** @type {Answer | null} */ answer = null; // the last
+  /** @type {string | null} */ problem = null; // why there is no odometry
+  isPaused = false; // nothing is sent
+
+  /** @type {OdometryWorker | null} */ #odometry = null;
+  /** @type {Lens | null} */ #begun = null; // the lens of the odometry
+  /** @type {Promise<void> | null} */ #beginning = null;
+  #runs = 0; // of the odometries before this one
+  #run = -1;
+  /** @type {Map<number, import("./place.js").Sighting | null>} */ #sent = new Map(); // images on their way, by id
+  #isShown = false;
+  /** @type {Tracked | null} */ last = null; // what the last image told
+  #lastDigest = "";
+  #size = { width: 0, height: 0 }; // of the images
+
+  /**
+   * @param {object} options
+   * @param {{ url: string, map?: string, token?: string } | null} [options.service] its address, https://..., or with `protocols` that of a stream, wss://...
+   * @param {"images" | "features"} [options.share] what of an image leaves the device
+   * @param {Lens | null} [options.camera] its lens, where it is known, for images of any size
+   * @param {URL | string | WebAssembly.Module} [options.wasm]
+   * @param {URL | string | (() => Worker)} [options.worker]
+   */
+  constructor({ service = null, share = "images", camera = null, wasm, worker }) {
+    super();
+    this.share = share;
+    this.given = camera;
+    this.wasm = wasm;
+    this.worker = worker;
+    if (service) this.#connect(service);
+  }
+
+  #connect({ url, map = "", token = "" }) {
+    const address = `${url.replace(/^http/, "ws").replace(/\/$/, "")}/v1/maps/${encodeURIComponent(map)}/track`;
+    this.stream = new Stream({ url: address, protocols: token ? ["oaslam", `oaslam.token.${token}`] : ["oaslam"] });
+    this.stream.addEventListener("message", (/** @type {any} */ { detail }) => this.#take(detail));
+    this.stream.addEventListener("link", (/** @type {any} */ { detail }) => {
+      if (detail === "waiting") this.answer = null;
+      this.#tell("link", detail);
+    });
+  }
+
+  /** The world's direction up; null where it is not known. */
+  /** @type {Triple | null} */ up = null;
+
+  /** Sets the lens, for images of any size of its shape; null: the service is asked for it. @param {Lens | null} camera */
+  setCamera(camera) {
+    this.given = camera;
+    this.camera = null;
+  }
+
+  /**
+   * Follows the camera with its next image. One image at a time: a caller that has newer ones leaves out the old ones. `gyroscope`: rows of time, x, y, z, in
+   * rad/s about the camera's axes. `gravity`: in these axes. `jpeg`: encodes this image; called before the promise is settled, where it is to be sent.
+   * @param {{ image: ImageData, time: number, gyroscope?: number[][], gravity?: Triple | null, jpeg?: () => Promise<Uint8Array> }} given
+   * @returns {Promise<Tracked>}
+   */
+  async process({ image, time, gyroscope = [], gravity = null, jpeg }) {
+    this.#size = { width: image.width, height: image.height };
+    this.#fitCamera(image.width, image.height);
+    const estimate = await this.#follow(image, time, gyroscope);
+    const isBlind = !estimate || !estimate.camFromOdom;
+    const sighting = estimate && this.place.see(estimate, time);
+    if (estimate && estimate.run !== this.#run) {
+      const isFirst = this.#run < 0;
+      this.#run = estimate.run;
+      if (!isFirst) this.#begunAnew();
+    }
+    if (sighting && gravity) this.#learnUp(sighting, gravity);
+    /** @type {Tracked} */
+    const tracked = {
+      time, camera: this.camera, state: estimate?.state ?? "starting", pose: null, world: null, age: null, sigma: null, depth: null,
+      points: estimate?.points ?? NO_POINTS,
+    };
+    if (!isBlind && this.stream) this.#placeInMap(tracked, sighting);
+    else if (!isBlind && sighting) Object.assign(tracked, { pose: sighting.pose, world: "odometry", depth: sighting.depth });
+    this.last = tracked;
+    if (this.stream && !this.isPaused) this.#offer({ estimate, sighting, time, gyroscope, gravity, jpeg });
+    return tracked;
+  }
+
+  // The lens as it is for images of this size.
+  #fitCamera(width, height) {
+    const { camera, given } = this;
+    if (camera && camera.width === width && camera.height === height) return;
+    const isSameShape = given && Math.abs((given.width * height) / (given.height * width) - 1) < 0.01;
+    const isAsked = this.stream && this.share === "images";
+    this.camera = isSameShape ? scaledCamera(/** @type {Lens} */ (given), width, height) : isAsked ? null : guessedCamera(width, height);
+  }
+
+  // What the odometry tells of the image; null where there is none yet.
+  async #follow(image, time, gyroscope) {
+    const { camera } = this;
+    const begun = this.#begun;
+    const isOther = camera && begun && (camera.width !== begun.width || camera.height !== begun.height || Math.abs(camera.fx / begun.fx - 1) > OTHER_LENS);
+    if (isOther) this.#end();
+    if (camera && !this.#begun) this.#begin(camera);
+    if (!this.#odometry || this.#beginning) return null;
+    try {
+      const estimate = await this.#odometry.process(image, time, gyroscope);
+      return { ...estimate, run: estimate.run + this.#runs };
+    } catch (error) {
+      if (this.#odometry) this.#failed(error);
+      return null;
+    }
+  }
+
+  #begin(camera) {
+    this.#begun = camera;
+    const worker = typeof this.worker === "function" ? this.worker() : this.worker;
+    this.#beginning = OdometryWorker.create({ camera, wasm: this.wasm, worker }).then((odometry) => {
+      if (this.#begun === camera) this.#odometry = odometry;
+      else odometry.delete();
+    }, (error) => this.#failed(error)).finally(() => (this.#beginning = null));
+  }
+
+  #failed(error) {
+    this.problem = error.message;
+    this.#odometry?.delete();
+    this.#odometry = null;
+    this.#tell("problem", error.message);
+  }
+
+  #end() {
+    this.#odometry?.delete();
+    this.#odometry = this.#begun = null;
+    this.#runs = this.#run + 1; // a number is that of one run
+  }
+
+  #begunAnew() {
+    this.#isShown = false;
+    this.up = null;
+    this.#tell("run", { run: this.#run });
+  }
+
+  // Up is against gravity, in the world: the newest images count most.
+  #learnUp({ pose }, gravity) {
+    if (this.stream) return;
+    const [x, y, z] = rotate(pose.rotation, gravity);
+    const length = Math.hypot(x, y, z);
+    if (length < 1) return; // in free fall, or the sensor says nothing
+    const next = add(this.up ?? [0, 0, 0], [-x / length, -y / length, -z / length], this.up ? 0.02 : 1);
+    const scale = 1 / Math.hypot(...next);
+    this.up = [next[0] * scale, next[1] * scale, next[2] * scale];
+  }
+
+  #placeInMap(tracked, sighting) {
+    const placed = this.place.poseOf(sighting, tracked.time);
+    if (!placed) return void (this.#isShown = false);
+    const { position, rotation, age, sigma, depth } = placed;
+    this.#isShown = sigma < (this.#isShown && !sighting.isPreliminary ? GOES : APPEARS) * depth;
+    Object.assign(tracked, { age, sigma, depth });
+    if (this.#isShown) Object.assign(tracked, { pose: { position, rotation }, world: "map" });
+  }
+
+  // Sends the image where it is time for one.
+  async #offer({ estimate, sighting, time, gyroscope, gravity, jpeg }) {
+    const stream = /** @type {Stream} */ (this.stream);
+    const { sigma, depth, pose, state } = /** @type {Tracked} */ (this.last);
+    const isSure = pose && state !== "uncertain" && Number(sigma) < UNSURE * Number(depth);
+    if (!stream.isDue(isSure ? SURE : 0, isSure ? SLOW.sure : SLOW.unsure)) return;
+    const sharesFeatures = this.share === "features" && this.#odometry;
+    if (this.share === "features" ? !sharesFeatures || !estimate : !jpeg) return;
+    const id = stream.begin();
+    const motion = estimate && motionOf(estimate);
+    this.#sent.set(id, motion && sighting);
+    for (const old of this.#sent.keys()) if (old < id - FORGOTTEN) this.#sent.delete(old);
+    /** @type {ImageHeader} */
+    const header = {
+      id, time, camera: this.camera ?? "auto",
+      ...(estimate && { motion }), ...(gravity && { gravity }), ...(gyroscope.length > 0 && !estimate && { angular_velocity: gyroscope }),
+    };
+    try {
+      if (!sharesFeatures) return stream.sendImage(header, await /** @type {() => Promise<Uint8Array>} */ (jpeg)());
+      const { bytes, ...features } = await sharesFeatures.features(FEATURES);
+      stream.sendImage({ ...header, features }, bytes);
+    } catch (error) {
+      this.#tell("problem", /** @type {Error} */ (error).message);
+    }
+  }
+
+  /** @param {ServiceMessage} message */
+  #take(message) {
+    if (message.type === "pose") this.#takePose(message);
+    else if (message.type === "hello" || message.type === "map") {
+      const { digest = "" } = message;
+      if (message.type === "map" || digest !== this.#lastDigest) this.place.reset();
+      this.#lastDigest = digest;
+    }
+    this.#tell(message.type, message);
+  }
+
+  /** @param {Answer} message */
+  #takePose(message) {
+    this.answer = message;
+    const sighting = this.#sent.get(message.id) ?? null;
+    this.#sent.delete(message.id);
+    if (message.camera) this.#takeCamera(message.camera);
+    this.place.take(message, sighting, this.last?.time ?? 0);
+  }
+
+  // Only a lens that was not known is taken over, if the image has not been turned since.
+  #takeCamera(camera) {
+    if (this.camera || camera.width !== this.#size.width || camera.height !== this.#size.height) return;
+    this.camera = this.given = camera;
+    this.#tell("camera", camera);
+  }
+
+  /**
+   * Where the ray of a pixel of the last image meets what the odometry sees: the point and the surface's normal, in the world of its pose. Null where that is
+   * not known.
+   * @param {number} x  @param {number} y  @returns {{ position: Triple, normal: Triple } | null}
+   */
+  hit(x, y) {
+    return this.camera ? this.hitAlong(rayOf(this.camera, [x, y])) : null;
+  }
+
+  /** The same for a ray in the camera's axes, with z = 1. @param {Triple} ray */
+  hitAlong(ray) {
+    const { pose, points, camera, world } = this.last ?? {};
+    if (!pose || !camera || !points) return null;
+    const found = surfaceAt(ray, points, camera);
+    if (!found) return null;
+    const depth = found.depth * (world === "map" ? (this.place.fit?.scale ?? 1) : 1);
+    return { position: add(pose.position, rotate(pose.rotation, ray), depth), normal: rotate(pose.rotation, found.normal) };
+  }
+
+  /** To the service. @param {Request} message */
+  send(message) {
+    this.stream?.send(message);
+  }
+
+  /** Ends the connection and the odometry. */
+  end() {
+    this.stream?.end();
+    this.#end();
+  }
+
+  #tell(type, detail) {
+    this.dispatchEvent(new CustomEvent(type, { detail }));
+  }
+}
