@@ -1,5 +1,5 @@
 /*
-sources 9c7689c31da0161b4350a3d8239cbdd9c5013e57d26fa684eae3d26105b5800e
+sources 7f42cac14af4663e44fb18e1d07ce3dda2fe12e976ea63a99a8d6319c041f30d
 
 OA-SLAM's visual odometry: Apache-2.0.
 */

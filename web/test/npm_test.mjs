@@ -215,7 +215,6 @@ async function placesContent(page, images, last) {
 
 test("the example page: content stays where it was placed", LONG, async () => {
   cpSync(join(user, "node_modules", "oaslam", "examples", "static", "index.html"), join(user, "index.html"));
-  if (process.env.DBG) writeFileSync(join(user, "index.html"), readFileSync(join(user, "index.html"), "utf8").replace("startAr()", "startAr({ camera: { width: 640, height: 480, fx: 525, fy: 525, cx: 319.5, cy: 239.5 } })").replace("if (!hit) return;", "console.error(JSON.stringify(hit), hit.distance, ar.session.tracked.depth, ar.session.tracked.state); "));
   const url = await serveFiles(user);
   const page = await pageOf(url);
   await page.locator("button").tap();
