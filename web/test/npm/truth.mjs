@@ -19,9 +19,12 @@ export function posesOf(clip) {
   return rows.map((row) => row.split(" ").map(Number)).map(([, x, y, z, ...rotation]) => ({ position: [x, y, z], rotation }));
 }
 
+/** The direction of a pixel's ray, in the world of the pose. */
+export const rayOf = ({ rotation }, [u, v]) => rotate(rotation, [(u - CENTER[0]) / FOCAL, (v - CENTER[1]) / FOCAL, 1]);
+
 /** Where the ray of a pixel meets the top of the desk. */
-export function onDesk({ position, rotation }, [u, v]) {
-  const ray = rotate(rotation, [(u - CENTER[0]) / FOCAL, (v - CENTER[1]) / FOCAL, 1]);
+export function onDesk({ position, rotation }, pixel) {
+  const ray = rayOf({ rotation }, pixel);
   const t = (DESK_TOP - position[2]) / ray[2];
   return position.map((p, i) => p + t * ray[i]);
 }
