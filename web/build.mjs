@@ -1,11 +1,13 @@
 // Bundles src/ and the packages that it uses into dist/: each page is one document without references; the odometry is an ES module
-// with its types, beside what tools/build_odometry_wasm makes.   node build.mjs [--check]
+// with its types, beside what tools/build_odometry_wasm makes.   node build.mjs [--check]    (`npm`: the package instead, npm_package.mjs)
 // A bundle states the hash of its sources; --check, which needs no packages, tells whether it is the hash of those that are here.
 import { spawnSync } from "node:child_process";
 import { createHash } from "node:crypto";
 import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { dirname, join, relative } from "node:path";
 import { fileURLToPath } from "node:url";
+import { API_TYPES, apiTypes } from "./api_types.mjs";
+import { buildPackage } from "./npm_package.mjs";
 import { isModuleOfSources } from "./odometry_module.mjs";
 
 const root = dirname(fileURLToPath(import.meta.url));
@@ -82,9 +84,13 @@ function check({ bundle }) {
 }
 
 if (process.argv.includes("--check")) {
+  if (readFileSync(API_TYPES, "utf8") !== apiTypes()) fail(API_TYPES, "tools/build_web");
   for (const bundle of [...PAGES, ODOMETRY]) check(bundle);
   if (!isModuleOfSources()) fail(ODOMETRY.bundle.replace(/js$/, "wasm"), "tools/build_odometry_wasm");
+} else if (process.argv[2] === "npm") {
+  await buildPackage(process.argv[3]);
 } else {
+  writeFileSync(API_TYPES, apiTypes());
   for (const page of PAGES) await build(page);
   await buildOdometry();
 }

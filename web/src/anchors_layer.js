@@ -6,17 +6,35 @@ const ABOVE_PX = 10; // a name's middle over its content
 const RING = new RingGeometry(0.94, 1, 64).rotateX(-Math.PI / 2);
 const RING_MATERIAL = new MeshBasicMaterial({ color: COLORS.anchor, side: DoubleSide });
 
+/**
+ * What a layer is part of: it adds its shapes to `world`, which is in the map's frame.
+ * @typedef {object} Stage
+ * @property {import("three").Object3D} world
+ * @property {import("./ar_scene.js").MapContent} store
+ * @property {HTMLElement} element for the names
+ * @property {() => void} invalidate
+ * @property {((name: string) => void) | undefined} [onPickAnchor]
+ * @property {(point: Vector3) => boolean} isHidden
+ * @property {(point: Vector3) => { x: number, y: number, depth: number } | null} toPage
+ */
+
+/** @typedef {(anchor: { name: string, model: string }) => import("three").Object3D | null | undefined} OwnContent */
+
 /** Content on the anchors. */
 export class AnchorsLayer {
   /** @type {Map<string, Group>} */ shapes = new Map(); // by name
   /** @type {string | null} */ selected = null;
   named = true;
 
-  /** @param {import("./ar_scene.js").ArScene | import("./map_view.js").MapView} view  @param {import("./content.js").Content} content */
-  constructor(view, content, { shadows = false } = {}) {
+  /**
+   * `own`: what stands on an anchor instead of its model, of size 1 and with y up.
+   * @param {Stage} view  @param {import("./content.js").Content} content  @param {{ shadows?: boolean, own?: OwnContent }} options
+   */
+  constructor(view, content, { shadows = false, own } = {}) {
     this.view = view;
     this.content = content;
     this.shadows = shadows;
+    this.own = own;
     this.group = new Group();
     view.world.add(this.group);
     this.ring = new Mesh(RING, RING_MATERIAL);
@@ -49,7 +67,8 @@ export class AnchorsLayer {
   }
 
   build({ name, model }, source) {
-    const shape = this.content.make(model, { shadow: this.shadows });
+    const own = this.own?.({ name, model });
+    const shape = own ? new Group().add(own) : this.content.make(model, { shadow: this.shadows });
     Object.assign(shape.userData, { name, source });
     this.group.add(shape);
     this.shapes.set(name, shape);

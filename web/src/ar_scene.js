@@ -1,11 +1,9 @@
 /** @import { Anchor, Lens, MapObject, Model, Pixel, Place, Pose } from "./messages" */
-import { DirectionalLight, Group, PerspectiveCamera, Quaternion, Raycaster, Scene, Vector3 } from "three";
+import { DirectionalLight, Group, PerspectiveCamera, Raycaster, Scene, Vector3 } from "three";
 import { AnchorsLayer } from "./anchors_layer.js";
 import { OccludersLayer } from "./occluders_layer.js";
 import { onceAFrame } from "./batched.js";
-
-// From the axes of images (x right, y down, z forward) to those of three.js.
-const FLIP = new Quaternion(1, 0, 0, 0);
+import { FLIP, rayThrough, setProjection } from "./projection.js";
 
 /** @typedef {{ pose: Pose, camera: Lens }} Shown */
 /** @typedef {EventTarget & { anchors: Anchor[], models: Model[], objects: Map<number, MapObject>, mappedObjects: () => MapObject[] }} MapContent */
@@ -25,7 +23,7 @@ export class ArScene {
 
   /**
    * `upright` turns the map's up to that of the page, where the light comes from.
-   * @param {HTMLElement} element  @param {MapContent} store  @param {import("./content.js").Content} content  @param {Quaternion} upright
+   * @param {HTMLElement} element  @param {MapContent} store  @param {import("./content.js").Content} content  @param {import("three").Quaternion} upright
    */
   constructor(element, store, content, upright) {
     this.element = element;
@@ -62,21 +60,14 @@ export class ArScene {
     this.invalidate();
   }
 
-  /** Sets the drawing camera to that of the image: `area` is then the image's part of the element. @param {Pose} pose  @param {Lens} camera */
-  aim(pose, { fx, fy, cx, cy }, width, height) {
+  /** Sets the drawing camera to that of the image: `area` is then the image's part of the element. @param {Pose} pose  @param {Lens} lens */
+  aim(pose, lens, width, height) {
     this.occluders.arrange();
     this.world.quaternion.copy(this.upright);
     this.camera.position.fromArray(pose, 4);
     this.camera.quaternion.fromArray(pose).multiply(FLIP);
-    const { scale } = this.area;
-    const principal = this.area.toElement([cx, cy]);
     const [near, far] = this.depthRange();
-    this.camera.projectionMatrix.set(
-      (2 * fx * scale) / width, 0, 1 - (2 * principal.x) / width, 0,
-      0, (2 * fy * scale) / height, (2 * principal.y) / height - 1, 0,
-      0, 0, -(far + near) / (far - near), (-2 * far * near) / (far - near),
-      0, 0, -1, 0);
-    this.camera.projectionMatrixInverse.copy(this.camera.projectionMatrix).invert();
+    setProjection(this.camera, lens, this.area, { width, height, near, far });
     this.world.updateMatrixWorld(true);
   }
 
@@ -138,10 +129,9 @@ export class ArScene {
   }
 
   /** The ray from the camera through a pixel, in the map's frame. @param {Pixel} pixel */
-  rayThrough([u, v]) {
+  rayThrough(pixel) {
     const { pose, camera } = /** @type {Shown} */ (this.shown);
-    const direction = new Vector3((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1).normalize().applyQuaternion(new Quaternion().fromArray(pose));
-    return { origin: new Vector3().fromArray(pose, 4), direction };
+    return rayThrough(pixel, pose, camera);
   }
 
   /** The name of the anchor whose content is seen at a pixel; null where there is none. @param {Pixel} pixel @returns {string | null} */

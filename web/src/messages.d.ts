@@ -49,9 +49,9 @@ export interface KeyframePicture { type: "keyframe"; arrays: Arrays; keyframe: n
 export type ViewerMessage = Hello | Update | ObjectDetail | KeyframePicture;
 
 // The page for phones.
-export interface WirePose { position: Triple; rotation: Quaternion }
-export interface WireAnchor extends Omit<Anchor, "pose"> { pose: WirePose; version: number }
-export interface WireObject { id: number; name: string; category: string; ellipsoid: Ellipsoid }
+export type WirePose = import("./client/api").Pose;
+export type WireAnchor = import("./client/api").Anchor;
+export type WireObject = import("./client/api").Object;
 export interface MapMessage {
   type: "hello" | "map"; map?: string; digest?: string; may_write?: boolean; models?: Model[]; anchors?: WireAnchor[]; objects?: WireObject[]; up?: Triple; is_metric?: boolean;
 }

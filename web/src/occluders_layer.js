@@ -14,7 +14,7 @@ const LINES = new LineSegmentsGeometry().setPositions(Array.from(RINGS.attribute
 export class OccludersLayer {
   /** @type {Map<number, { object: MapObject, body: Mesh, outline: LineSegments2 }>} */ shapes = new Map(); // by id
 
-  /** @param {import("./ar_scene.js").ArScene} view */
+  /** @param {Pick<import("./anchors_layer.js").Stage, "world" | "store">} view */
   constructor(view) {
     this.view = view;
     this.bodies = new Group();

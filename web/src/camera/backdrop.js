@@ -41,10 +41,10 @@ export class Backdrop {
     };
     // One triangle that covers the canvas.
     const triangle = new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array([-1, -1, 0, 3, -1, 0, -1, 3, 0]), 3));
-    const mesh = new Mesh(triangle, new ShaderMaterial({ uniforms: this.uniforms, vertexShader: VERTEX, fragmentShader: FRAGMENT, depthTest: false, depthWrite: false }));
-    mesh.frustumCulled = false;
+    this.mesh = new Mesh(triangle, new ShaderMaterial({ uniforms: this.uniforms, vertexShader: VERTEX, fragmentShader: FRAGMENT, depthTest: false, depthWrite: false }));
+    this.mesh.frustumCulled = false;
     this.scene = new Scene();
-    this.scene.add(mesh);
+    this.scene.add(this.mesh);
     this.camera = new Camera();
   }
 
@@ -69,6 +69,12 @@ export class Backdrop {
 
   // `area`: where the image is on an element of this height; `ratio`: drawn pixels in a pixel of the element.
   render(renderer, area, height, ratio) {
+    this.cover(area, height, ratio);
+    if (this.uniforms.map.value) renderer.render(this.scene, this.camera);
+  }
+
+  // Puts the image there when `mesh` is drawn next.
+  cover(area, height, ratio) {
     const { camera, scale, offset } = area;
     const { uniforms } = this;
     const [w, h] = [camera.width * scale, camera.height * scale];
@@ -77,6 +83,5 @@ export class Backdrop {
     uniforms.lens.value.set(camera.fx, camera.fy, camera.cx, camera.cy);
     uniforms.isFisheye.value = camera.model === "fisheye";
     uniforms.k.value = [0, 1, 2, 3, 4].map((i) => camera.distortion?.[i] ?? 0);
-    if (uniforms.map.value) renderer.render(this.scene, this.camera);
   }
 }

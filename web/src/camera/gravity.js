@@ -35,18 +35,19 @@ const FRESH_MS = 200;
 export class GravitySensor {
   /** @type {{ gravity: import("../messages").Triple, source: "orientation" | "motion", at: number } | null} */ last = null;
 
-  // To be called while a tap is handled: only then does iOS ask the user.
-  async start() {
+  // To be called while a tap is handled: only then does iOS ask the user. `signal` ends it.
+  /** @param {AbortSignal} [signal] */
+  async start(signal) {
     /** @type {any[]} */
-    const kinds = [globalThis.DeviceOrientationEvent, globalThis.DeviceMotionEvent]; // requestPermission is iOS's own
-    const isWebKit = Boolean(kinds[1]?.requestPermission);
+    const kinds = [globalThis.DeviceOrientationEvent, globalThis.DeviceMotionEvent];
+    const isWebKit = navigator.vendor.startsWith("Apple"); // requestPermission does not tell: Chromium has it, too
     const asked = kinds.map((kind) => kind?.requestPermission?.().catch(() => "denied"));
     addEventListener("deviceorientation", ({ beta, gamma }) => {
       if (beta !== null && gamma !== null) this.take(gravityOfOrientation(beta, gamma), "orientation");
-    });
+    }, { signal });
     addEventListener("devicemotion", ({ accelerationIncludingGravity: a }) => {
       if (a && a.x !== null) this.take(gravityOfMotion(a, isWebKit), "motion");
-    });
+    }, { signal });
     await Promise.all(asked);
   }
 

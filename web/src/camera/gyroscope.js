@@ -8,11 +8,12 @@ const KEPT = 1; // seconds: each image carries those of the last second, since t
 export class Gyroscope {
   /** @type {[number, import("../messages").Triple][]} */ samples = []; // seconds on the clock of performance.now(), degrees per second about the device's axes
 
-  // GravitySensor.start asks the user for the same events.
-  start() {
+  // GravitySensor.start asks the user for the same events. `signal` ends it.
+  /** @param {AbortSignal} [signal] */
+  start(signal) {
     addEventListener("devicemotion", ({ timeStamp, rotationRate: rate }) => {
       if (rate && rate.alpha !== null) this.take(timeStamp / 1000, rate);
-    });
+    }, { signal });
   }
 
   // Browsers agree that alpha is about x, beta about y and gamma about z (w3c/deviceorientation, issue 44), other than in the angles of an orientation.

@@ -1,8 +1,9 @@
 import { render } from "preact";
 import { AnchorEdits } from "../anchor_edits.js";
 import { batched } from "../batched.js";
+import { ServiceError } from "../client/service_error.js";
 import { Content } from "../content.js";
-import { Refusal, Service } from "../service.js";
+import { Service } from "../service.js";
 import { News, Toast } from "../toast.jsx";
 import { GravitySensor } from "./gravity.js";
 import { Gyroscope } from "./gyroscope.js";
@@ -94,7 +95,7 @@ async function choose() {
     };
     showMaps();
   } catch (error) {
-    const isAnswer = error instanceof Refusal;
+    const isAnswer = error instanceof ServiceError && error.status !== null;
     if (isAnswer && error.isAboutToken) set({ screen: <TokenForm onToken={setToken} /> });
     else set({ screen: <NoMaps text={isAnswer ? error.message : "The server does not answer."} onAgain={choose} onAlone={() => start("", "alone")} /> });
   }

@@ -6,7 +6,7 @@ export const poseArray = ({ position, rotation }) => [...rotation, ...position];
 /** @returns {Anchor} */
 const anchorOf = (anchor) => ({ ...anchor, pose: poseArray(anchor.pose) });
 /** @param {WireObject} object  @returns {MapObject} */
-const objectOf = ({ ellipsoid, ...object }) => ({ ...object, ...ellipsoid, category_id: object.category, mapped: true });
+const objectOf = ({ ellipsoid, name = "", ...object }) => ({ ...object, name, ...ellipsoid, category_id: object.category, mapped: true });
 
 /** The map that the camera is in, as the layers of the AR scene read it. An event of the name of each part that changed is dispatched. */
 export class MapState extends EventTarget {

@@ -6,6 +6,7 @@ import { length } from "./rigid.js";
 const NEAREST = 16; // points that a plane is laid through
 const FAR = 0.25; // of the focal length: points further from the ray say nothing about its surface
 const LEAST = 4;
+const CLOSE = 0.02; // of the focal length: points nearer than this are alike
 const ROUNDS = 6; // of least squares
 const OFF = 0.05; // of the depth: by how much a point may be off its surface
 
@@ -25,13 +26,16 @@ export function surfaceAt(ray, points, camera) {
   }
   near.sort((a, b) => a.far - b.far).splice(NEAREST);
   if (near.length < LEAST) return null;
-  const middle = near.map(({ inverse }) => inverse).sort((a, b) => a - b)[near.length >> 1];
+  // The nearest points say most: those further away may be of things that stand before or behind.
+  const reach = Math.max(near[LEAST - 1].far, CLOSE);
+  const share = near.map(({ far }) => 1 / (1 + (far / reach) ** 2) ** 2);
+  const middle = medianOf(near, share);
   // Points of other surfaces lose their weight.
   let [a, b, c] = [0, 0, middle];
-  let weights = near.map(() => 1);
+  let weights = share;
   for (let i = 0; i < ROUNDS; ++i) {
     [a, b, c] = planeOf(near, weights) ?? [0, 0, middle];
-    weights = near.map((p) => 1 / (1 + ((a * p.x + b * p.y + c - p.inverse) / (OFF * middle)) ** 2) ** 2);
+    weights = near.map((p, k) => share[k] / (1 + ((a * p.x + b * p.y + c - p.inverse) / (OFF * middle)) ** 2) ** 2);
   }
   // Where the plane is steep it may lie behind or far before the points.
   const isSound = c > 0.7 * middle && c < 1.4 * middle;
@@ -40,6 +44,13 @@ export function surfaceAt(ray, points, camera) {
   const normal = isSound ? [-a, -b, a * ray[0] + b * ray[1] - c] : [-ray[0], -ray[1], -ray[2]];
   const scale = 1 / length(normal);
   return { depth: 1 / (isSound ? c : middle), normal: [normal[0] * scale, normal[1] * scale, normal[2] * scale] };
+}
+
+// Of the inverse depths.
+function medianOf(points, weights) {
+  const order = points.map(({ inverse }, i) => ({ inverse, weight: weights[i] })).sort((a, b) => a.inverse - b.inverse);
+  let left = weights.reduce((sum, weight) => sum + weight, 0) / 2;
+  return (order.find(({ weight }) => (left -= weight) <= 0) ?? order[order.length - 1]).inverse;
 }
 
 // The inverse depth as a linear function of x and y, by least squares; null where the points lie on a line.

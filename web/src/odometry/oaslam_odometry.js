@@ -53,7 +53,6 @@
  */
 
 /** @type {readonly State[]} */ const STATES = ["preliminary", "tracking", "uncertain", "blind"];
-const WASM = "oaslam_odometry.wasm";
 
 // Of OaslamEstimate in wasm/odometry_js.h: doubles, then 32 bit integers.
 const ROTATION = 0, TRANSLATION = 4, COVARIANCE = 7, DOUBLES = 43;
@@ -134,7 +133,7 @@ export class Odometry {
    * @param {URL | string | WebAssembly.Module} [options.wasm] by default oaslam_odometry.wasm beside this file
    * @returns {Promise<Odometry>}
    */
-  static async create({ camera, seed = 0, wasm = new URL(WASM, import.meta.url) }) {
+  static async create({ camera, seed = 0, wasm = new URL("oaslam_odometry.wasm", import.meta.url) }) {
     if (!Number.isSafeInteger(seed) || seed < 0) throw new Error(`seed: ${seed}, expected a whole number of at least 0`);
     const numbers = ["width", "height", "fx", "fy", "cx", "cy"].map((key) => {
       const value = camera?.[key];
