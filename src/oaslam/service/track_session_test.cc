@@ -106,7 +106,7 @@ TEST_F(TrackWorkTest, KeyPointsAreAnsweredLikeAnImage) {
   ImageRequest request;
   request.camera.camera = saved_.map.cameras.front();
   request.features = ImageFeatures();
-  request.motion = CameraMotion{.is_known = false};
+  request.motion.emplace().is_known = false;
   request.time = 1;
   const Json pose = work_->Image(request, {{"id", 1}}, 0).messages.at(0);
   EXPECT_EQ(pose["state"], "lost");
