@@ -278,26 +278,6 @@ TEST_F(SlamWithMap, MetresNeedAMapAndKeepIt) {
   EXPECT_GE(slam.Snapshot().Keyframes().size(), 2U);
 }
 
-TEST_F(SlamWithMap, ObjectsTellTheMetres) {
-  Slam slam = MakeSlam();
-  slam.Load(Path());
-  slam.SetClassNames(CocoClassNames());
-  const ScaleEstimate estimate = slam.WholeMap().EstimateScale();
-  ASSERT_TRUE(estimate.success) << estimate.why_not;
-  EXPECT_GE(estimate.classes, 3);
-  EXPECT_EQ(slam.Snapshot().unit_sigma(), 0);
-  slam.SetMetresPerUnit(estimate);
-  EXPECT_EQ(slam.Snapshot().unit_sigma(), estimate.relative_sigma);
-  EXPECT_NEAR(slam.Snapshot().EstimateScale().metres_per_unit, 1, .01);
-  slam.Save(Path("by_objects.map"));
-  const MapSnapshot saved = MapSnapshot::Load(Path("by_objects.map"));
-  EXPECT_TRUE(saved.is_metric());
-  EXPECT_EQ(saved.unit_sigma(), estimate.relative_sigma);
-  slam.SetMetresPerUnit(1);  // that is known now
-  EXPECT_EQ(slam.Snapshot().unit_sigma(), 0);
-  EXPECT_INPUT_ERROR(slam.SetMetresPerUnit(MapSnapshot().EstimateScale()), HasSubstr("vertical"));
-}
-
 TEST_F(SlamWithMap, BoxesOfAnImageThatIsTrackedMayBeFollowedToo) {
   Slam slam = MakeSlam();
   slam.Load(Path());
