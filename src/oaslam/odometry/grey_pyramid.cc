@@ -11,8 +11,14 @@
 namespace oaslam {
 namespace {
 
-GreyBuffer Halved(const GreyBuffer& level) {
-  GreyBuffer half((level.width() + 1) / 2, (level.height() + 1) / 2, GreyPyramid::kBorder);
+// With a border; what it held is overwritten.
+void Resize(int width, int height, GreyBuffer& buffer) {
+  if (buffer.width() != width || buffer.height() != height)
+    buffer = GreyBuffer(width, height, GreyPyramid::kBorder);
+}
+
+void Halve(const GreyBuffer& level, GreyBuffer& half) {
+  Resize((level.width() + 1) / 2, (level.height() + 1) / 2, half);
   // The sums of a column over five rows, from two pixels left of the image on.
   std::vector<uint16_t> sums(2 * half.width() + 4);
   for (int y = 0; y < half.height(); ++y) {
@@ -28,26 +34,30 @@ GreyBuffer Halved(const GreyBuffer& level) {
     }
   }
   half.MirrorBorder();
-  return half;
 }
 
 }  // namespace
 
-GreyPyramid::GreyPyramid(const GreyImage& image, int levels) {
+void GreyPyramid::Set(const GreyImage& image, int dropped, int levels,
+                      std::vector<GreyBuffer>& scratch) {
   OASLAM_CHECK(std::min(image.width, image.height) > 2 * kBorder);
-  GreyBuffer& full = levels_.emplace_back(image.width, image.height, kBorder);
-  for (int y = 0; y < image.height; ++y) std::memcpy(full.Row(y), image.Row(y), image.width);
-  full.MirrorBorder();
-  while (this->levels() < levels) {
-    GreyBuffer half = Halved(levels_.back());
-    if (std::min(half.width(), half.height()) <= 2 * kBorder) break;
-    levels_.push_back(std::move(half));
+  scratch.resize(dropped);
+  levels_.resize(levels);
+  const auto level = [&](int i) -> GreyBuffer& {
+    return i < dropped ? scratch[i] : levels_[i - dropped];
+  };
+  Resize(image.width, image.height, level(0));
+  for (int y = 0; y < image.height; ++y) std::memcpy(level(0).Row(y), image.Row(y), image.width);
+  level(0).MirrorBorder();
+  for (int i = 1; i < dropped + levels; ++i) {
+    const GreyBuffer& below = level(i - 1);
+    if ((std::min(below.width(), below.height()) + 1) / 2 <= 2 * kBorder) {
+      OASLAM_CHECK(i > dropped);
+      levels_.resize(i - dropped);
+      return;
+    }
+    Halve(below, level(i));
   }
-}
-
-void GreyPyramid::DropLowest(int count) {
-  OASLAM_CHECK(count < levels());
-  levels_.erase(levels_.begin(), levels_.begin() + count);
 }
 
 }  // namespace oaslam

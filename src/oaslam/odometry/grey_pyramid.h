@@ -14,13 +14,18 @@ class GreyPyramid {
   static constexpr int kBorder = 16;
 
   GreyPyramid() = default;
-  // Ends before a level would be smaller than twice the border, whatever `levels` says.
-  GreyPyramid(const GreyImage& image, int levels);
+  GreyPyramid(const GreyImage& image, int levels) {
+    std::vector<GreyBuffer> none;
+    Set(image, 0, levels, none);
+  }
+
+  // Makes it that of another image; memory is used again. The first `dropped` halvings are made in
+  // `scratch` and not kept. Ends before a level would be smaller than twice the border, whatever
+  // `levels` says, but has one at least.
+  void Set(const GreyImage& image, int dropped, int levels, std::vector<GreyBuffer>& scratch);
 
   int levels() const { return static_cast<int>(levels_.size()); }
   GreyImage level(int i) const { return levels_[i].view(); }
-  // So many levels go, from the lowest on; at least one stays.
-  void DropLowest(int count);
 
  private:
   std::vector<GreyBuffer> levels_;

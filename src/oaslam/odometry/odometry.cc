@@ -48,13 +48,14 @@ const char* ToString(OdometryState state) {
 Odometry::Odometry(const Camera& camera, const OdometryOptions& options, uint64_t seed)
     : camera_(camera), options_(options), rng_(seed) {
   for (; camera_.width > options.max_width; ++halvings_) camera_ = Halved(camera_);
+  max_lens_angle_ = MaxLensAngle(camera_);
   window_options_.focal_px = 0.5 * (camera_.fx + camera_.fy);
 }
 
 OdometryEstimate Odometry::Process(const GreyImage& image, double time_s,
                                    std::span<const AngularVelocity> angular_velocity) {
   gyroscope_.Add(angular_velocity);
-  present_ = std::make_shared<const GreyPyramid>(TrackedImage(image));
+  present_ = TrackedImage(image);
   OdometryEstimate estimate;
   if (!window_.images.empty()) ProcessNext(time_s, estimate);
   if (estimate.state == OdometryState::kBlind) {
@@ -165,10 +166,11 @@ std::vector<OdometryDepth> Odometry::Depths() const {
   return depths;
 }
 
-GreyPyramid Odometry::TrackedImage(const GreyImage& image) const {
-  GreyPyramid pyramid(image, kLevels + halvings_);
-  pyramid.DropLowest(halvings_);
-  return pyramid;
+std::shared_ptr<const GreyPyramid> Odometry::TrackedImage(const GreyImage& image) {
+  auto unused = std::ranges::find_if(pyramids_, [](const auto& p) { return p.use_count() == 1; });
+  if (unused == pyramids_.end()) unused = pyramids_.insert(unused, std::make_shared<GreyPyramid>());
+  (*unused)->Set(image, halvings_, kLevels, halved_);
+  return *unused;
 }
 
 void Odometry::BeginFirst(double time_s) {
@@ -203,14 +205,12 @@ Rigid3 Odometry::Predict(double time_s, const std::optional<Turn>& measured) con
 }
 
 Eigen::Vector2d Odometry::RayAt(const Eigen::Vector2f& px) const {
-  return RayOf(camera_, Undistort(camera_, px.cast<double>())).head<2>();
+  return RayOf(camera_, Undistort(camera_, max_lens_angle_, px.cast<double>())).head<2>();
 }
 
-std::optional<Eigen::Vector2f> Odometry::PxOf(const Rigid3& cam_from_odom,
+std::optional<Eigen::Vector2f> Odometry::PxOf(const Rigid3& cam_from_anchor,
                                               const WindowPoint& point) const {
-  const Eigen::Vector3d x =
-      ScaledPoint(cam_from_odom * window_.Image(point.anchor).cam_from_odom.Inverse(), point.ray,
-                  point.inverse_depth);
+  const Eigen::Vector3d x = ScaledPoint(cam_from_anchor, point.ray, point.inverse_depth);
   if (x.z() < kNearest) return std::nullopt;
   return Distort(camera_, ProjectIdeal(camera_, x)).cast<float>();
 }
@@ -220,11 +220,14 @@ int Odometry::Follow(const Rigid3& predicted) {
   std::vector<PointToFollow> points;
   std::vector<size_t> indices;
   const WindowImage &newest = window_.newest(), &last = window_.images[window_.images.size() - 2];
+  const std::vector<Rigid3> there_from = window_.FromImages(predicted),
+                            here_from = window_.FromImages(last.cam_from_odom);
   for (size_t i = 0; i < window_.points.size(); ++i) {
     const WindowPoint& p = window_.points[i];
     if (!p.is_tracked) continue;
     Eigen::Vector2f guess = p.px;
-    const auto there = PxOf(predicted, p), here = PxOf(last.cam_from_odom, p);
+    const size_t anchor = window_.IndexOf(p.anchor);
+    const auto there = PxOf(there_from[anchor], p), here = PxOf(here_from[anchor], p);
     const float most = 0.5F * static_cast<float>(camera_.width);  // more is a wrong depth
     if (there && here && (*there - *here).norm() < most) guess += *there - *here;
     PointToFollow& point = points.emplace_back(PointToFollow{p.px, guess});
@@ -307,9 +310,10 @@ void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate)
 // The share of the newest image's sightings that are no outliers, were this its pose.
 double Odometry::ShareThatFits(const Rigid3& cam_from_odom) const {
   int seen = 0, fits = 0;
+  const std::vector<Rigid3> from = window_.FromImages(cam_from_odom);
   for (const WindowPoint& p : window_.points) {
     if (p.sightings.empty() || p.sightings.back().image != window_.newest().id) continue;
-    const auto px = PxOf(cam_from_odom, p);
+    const auto px = PxOf(from[window_.IndexOf(p.anchor)], p);
     ++seen;
     fits += px && (*px - p.px).norm() < window_options_.outlier_px;
   }

@@ -86,12 +86,13 @@ class Odometry {
     Rigid3 cam_from_odom;
   };
 
-  GreyPyramid TrackedImage(const GreyImage& image) const;
+  std::shared_ptr<const GreyPyramid> TrackedImage(const GreyImage& image);
   void BeginFirst(double time_s);
   void ProcessNext(double time_s, OdometryEstimate& estimate);
   Rigid3 Predict(double time_s, const std::optional<Turn>& measured) const;
   Eigen::Vector2d RayAt(const Eigen::Vector2f& px) const;
-  std::optional<Eigen::Vector2f> PxOf(const Rigid3& cam_from_odom, const WindowPoint& point) const;
+  std::optional<Eigen::Vector2f> PxOf(const Rigid3& cam_from_anchor,
+                                      const WindowPoint& point) const;
   int Follow(const Rigid3& predicted);
   Eigen::Matrix3d RotationOfFlow(const Rigid3& predicted) const;
   void EstimateBeginning(OdometryEstimate& estimate);
@@ -111,6 +112,7 @@ class Odometry {
   }
 
   Camera camera_;  // of the tracked image
+  double max_lens_angle_ = 0;
   int halvings_ = 0;
   OdometryOptions options_;
   WindowOptions window_options_;
@@ -127,6 +129,8 @@ class Odometry {
   double compared_s_ = 0;         // when its rivals were last looked at
   bool keyframe_is_due_ = false;
   std::shared_ptr<const GreyPyramid> last_, present_;
+  std::vector<std::shared_ptr<GreyPyramid>> pyramids_;  // all; what nobody else holds is used again
+  std::vector<GreyBuffer> halved_;                      // of the image, down to the tracked one
   // The newest keyframes, whose patches are followed; by image.
   std::vector<std::pair<int, std::shared_ptr<const GreyPyramid>>> keyframes_;
   int keyframe_id_ = -1;

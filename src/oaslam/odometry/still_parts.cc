@@ -138,8 +138,9 @@ bool StillParts::Add(const GreyImage& image, double time_s) {
   compared_s_ = time_s;
   int halvings = 0;
   while (image.width >> halvings > kComparedWidth) ++halvings;
-  GreyPyramid present(image, kComparedLevels + halvings);
-  present.DropLowest(halvings);
+  GreyPyramid present;
+  std::vector<GreyBuffer> halved;
+  present.Set(image, halvings, kComparedLevels, halved);
   const auto take = [&] {
     if (!next_earlier_ || time_s - next_earlier_s_ > kEarlier_s) {
       earlier_ = std::exchange(next_earlier_, present);

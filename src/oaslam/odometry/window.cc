@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
+#include <optional>
 
 #include "oaslam/util/check.h"
 #include "oaslam/util/median.h"
@@ -24,11 +24,48 @@ Eigen::Vector3d PointIn(const WindowImage& to, const WindowImage& anchor,
                      point.inverse_depth);
 }
 
+// Finds the images of a point, which it names in the order of their ids.
+class ImagesOfPoint {
+ public:
+  ImagesOfPoint(const Window& window, const WindowPoint& point)
+      : images_(window.images), anchor_(window.IndexOf(point.anchor)), at_(anchor_) {}
+
+  size_t anchor() const { return anchor_; }
+  // Of a sighting that is not before the one asked for last.
+  size_t Of(const Sighting& sighting) {
+    while (at_ < images_.size() && images_[at_].id < sighting.image) ++at_;
+    OASLAM_CHECK(at_ < images_.size() && images_[at_].id == sighting.image);
+    return at_;
+  }
+
+ private:
+  const std::vector<WindowImage>& images_;
+  size_t anchor_, at_;
+};
+
 bool HasFreeImage(const Window& window, const WindowPoint& point) {
-  return !window.Image(point.anchor).is_held ||
+  ImagesOfPoint of(window, point);
+  return !window.images[of.anchor()].is_held ||
          std::ranges::any_of(point.sightings,
-                             [&](const Sighting& s) { return !window.Image(s.image).is_held; });
+                             [&](const Sighting& s) { return !window.images[of.Of(s)].is_held; });
 }
+
+// How images lie to each other: each two of them are asked for many times.
+class RelativePoses {
+ public:
+  explicit RelativePoses(const Window& window)
+      : images_(window.images), poses_(images_.size() * images_.size()) {}
+
+  const Rigid3& Of(size_t to, size_t from) {
+    std::optional<Rigid3>& pose = poses_[to * images_.size() + from];
+    if (!pose) pose = images_[to].cam_from_odom * images_[from].cam_from_odom.Inverse();
+    return *pose;
+  }
+
+ private:
+  const std::vector<WindowImage>& images_;
+  std::vector<std::optional<Rigid3>> poses_;
+};
 
 }  // namespace
 
@@ -45,6 +82,15 @@ bool Window::Has(int id) const {
 const WindowImage& Window::Image(int id) const { return *FindImage(images, id); }
 WindowImage& Window::Image(int id) { return *FindImage(images, id); }
 
+size_t Window::IndexOf(int id) const { return FindImage(images, id) - images.begin(); }
+
+std::vector<Rigid3> Window::FromImages(const Rigid3& x_from_odom) const {
+  std::vector<Rigid3> poses;
+  for (const WindowImage& image : images)
+    poses.push_back(x_from_odom * image.cam_from_odom.Inverse());
+  return poses;
+}
+
 double Window::InverseDepthIn(const WindowPoint& point, const WindowImage& image) const {
   const double z = PointIn(image, Image(point.anchor), point).z();
   return z > kBehind ? point.inverse_depth / z : point.inverse_depth;
@@ -52,7 +98,8 @@ double Window::InverseDepthIn(const WindowPoint& point, const WindowImage& image
 
 void Window::Remove(int id) {
   for (WindowPoint& point : points) {
-    std::erase_if(point.sightings, [&](const Sighting& s) { return s.image == id; });
+    const auto seen = std::ranges::lower_bound(point.sightings, id, {}, &Sighting::image);
+    if (seen != point.sightings.end() && seen->image == id) point.sightings.erase(seen);
     if (point.anchor != id || point.sightings.empty()) continue;
     const Sighting next = point.sightings.front();
     const double depth_there = InverseDepthIn(point, Image(next.image));
@@ -64,13 +111,14 @@ void Window::Remove(int id) {
     point.sightings.erase(point.sightings.begin());
   }
   std::erase_if(points, [&](const WindowPoint& p) { return p.anchor == id; });
-  EraseImages([&](const WindowImage& image) { return image.id == id; });
+  std::vector<bool> is_erased(images.size());
+  is_erased[IndexOf(id)] = true;
+  EraseImages(is_erased);
 }
 
-template <typename IsErased>
-void Window::EraseImages(IsErased&& is_erased) {
+void Window::EraseImages(const std::vector<bool>& is_erased) {
   for (size_t i = 0; i + 1 < images.size(); ++i) {
-    if (!is_erased(images[i])) continue;
+    if (!is_erased[i]) continue;
     const std::optional<Turn>& first = images[i].turn;
     std::optional<Turn>& second = images[i + 1].turn;
     if (first && second)
@@ -79,32 +127,42 @@ void Window::EraseImages(IsErased&& is_erased) {
     else
       second.reset();
   }
-  std::erase_if(images, is_erased);
+  size_t kept = 0;
+  for (size_t i = 0; i < images.size(); ++i)
+    if (!is_erased[i]) images[kept++] = images[i];
+  images.resize(kept);
 }
 
 void Window::RemoveUnused(int kept_image) {
   std::erase_if(points, [&](const WindowPoint& p) {
     return !p.is_tracked && (p.sightings.empty() || !HasFreeImage(*this, p));
   });
-  constexpr size_t kHeldSightings = 6;  // of a point: more of them add time, but no new directions
-  constexpr int kNewestKeyframes = 4;   // stay: the motion before the window is read from them
-  std::vector<int> used{kept_image};
+  constexpr int kHeldSightings = 6;    // of a point: more of them add time, but no new directions
+  constexpr int kNewestKeyframes = 4;  // stay: the motion before the window is read from them
+  std::vector<bool> is_unused(images.size(), true);
   for (WindowPoint& p : points) {
-    size_t held = 0;
-    for (size_t i = p.sightings.size(); i-- > 0;)
-      if (Image(p.sightings[i].image).is_held && ++held > kHeldSightings)
-        p.sightings.erase(p.sightings.begin() + static_cast<std::ptrdiff_t>(i));
-    used.push_back(p.anchor);
-    for (const Sighting& s : p.sightings) used.push_back(s.image);
+    int held = 0;
+    {
+      ImagesOfPoint of(*this, p);
+      is_unused[of.anchor()] = false;
+      for (const Sighting& s : p.sightings) held += images[of.Of(s)].is_held;
+    }
+    ImagesOfPoint of(*this, p);
+    std::erase_if(p.sightings, [&](const Sighting& s) {
+      const size_t i = of.Of(s);
+      const bool is_erased = images[i].is_held && held-- > kHeldSightings;
+      if (!is_erased) is_unused[i] = false;
+      return is_erased;
+    });
   }
   int keyframes = 0;
   for (size_t i = images.size(); i-- > 0;) {
     if (images[i].is_keyframe) ++keyframes;
-    if (!images[i].is_held || (images[i].is_keyframe && keyframes <= kNewestKeyframes))
-      used.push_back(images[i].id);
+    if (!images[i].is_held || (images[i].is_keyframe && keyframes <= kNewestKeyframes) ||
+        images[i].id == kept_image)
+      is_unused[i] = false;
   }
-  std::ranges::sort(used);
-  EraseImages([&](const WindowImage& i) { return !std::ranges::binary_search(used, i.id); });
+  EraseImages(is_unused);
 }
 
 InverseDepthState WindowProblem::StateOf(const Window& window) const {
@@ -138,19 +196,20 @@ WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool
   problem.free_poses = static_cast<int>(made.images.size());
   for (int i = 0; i < count; ++i)
     if (window.images[i].is_held) made.images.push_back(i);
-  std::unordered_map<int, int> pose_of;  // by image id
-  for (int k = 0; k < count; ++k) pose_of[window.images[made.images[k]].id] = k;
+  std::vector<int> pose_of(count);  // by index of the image
+  for (int k = 0; k < count; ++k) pose_of[made.images[k]] = k;
 
   const double inverse_sigma = options.focal_px / options.sigma_px;
   for (size_t i = 0; i < window.points.size(); ++i) {
     const WindowPoint& p = window.points[i];
     if (p.sightings.empty() || !HasFreeImage(window, p)) continue;
     const int point = static_cast<int>(problem.points.size());
+    ImagesOfPoint of(window, p);
     made.points.push_back(static_cast<int>(i));
-    problem.points.push_back({pose_of[p.anchor], p.ray, p.prior_inverse_depth, p.prior_sigma});
+    problem.points.push_back({pose_of[of.anchor()], p.ray, p.prior_inverse_depth, p.prior_sigma});
     for (const Sighting& s : p.sightings)
       problem.measurements.push_back(
-          {point, pose_of[s.image], s.ray, inverse_sigma, s.is_outlier && !with_outliers});
+          {point, pose_of[of.Of(s)], s.ray, inverse_sigma, s.is_outlier && !with_outliers});
   }
 
   // The free images, with the two newest of the held ones before them.
@@ -169,30 +228,32 @@ WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool
                       &c = window.images[in_time[k]];
     const double first = b.time_s - a.time_s, second = c.time_s - b.time_s;
     problem.velocities.push_back(
-        {pose_of[a.id], pose_of[b.id], pose_of[c.id], first, second,
+        {pose_of[in_time[k - 2]], pose_of[in_time[k - 1]], pose_of[in_time[k]], first, second,
          options.velocity_sigma * 0.5 * (first + second) / window.median_inverse_depth});
   }
   for (int i = 1; i < count; ++i) {
     const WindowImage &first = window.images[i - 1], &second = window.images[i];
     if (second.turn && !(first.is_held && second.is_held))
-      problem.rotations.push_back({pose_of[first.id], pose_of[second.id], *second.turn});
+      problem.rotations.push_back({pose_of[i - 1], pose_of[i], *second.turn});
   }
   if (window.unit && window.Has(window.unit->first) && window.Has(window.unit->second) &&
       !window.Image(window.unit->second).is_held)
-    problem.length = {pose_of[window.unit->first], pose_of[window.unit->second],
-                      window.unit->length, 1e-3 * window.unit->length};
+    problem.length = {made.PoseOf(window, window.unit->first),
+                      made.PoseOf(window, window.unit->second), window.unit->length,
+                      1e-3 * window.unit->length};
   return made;
 }
 
 int FlagOutliers(const WindowOptions& options, Window& window) {
   const int newest = window.newest().id;
   int inliers = 0;
+  RelativePoses relative(window);
   for (WindowPoint& p : window.points) {
-    const WindowImage& anchor = window.Image(p.anchor);
+    ImagesOfPoint of(window, p);
     for (Sighting& s : p.sightings) {
-      const WindowImage& image = window.Image(s.image);
-      if (anchor.is_held && image.is_held) continue;
-      const Eigen::Vector3d x = PointIn(image, anchor, p);
+      const size_t i = of.Of(s);
+      if (window.images[of.anchor()].is_held && window.images[i].is_held) continue;
+      const Eigen::Vector3d x = ScaledPoint(relative.Of(i, of.anchor()), p.ray, p.inverse_depth);
       s.is_outlier = x.z() < kBehind ||
                      (x.head<2>() / x.z() - s.ray).norm() * options.focal_px > options.outlier_px;
       if (s.image != newest) continue;

@@ -77,6 +77,11 @@ struct Window {
   const WindowImage& newest() const { return images.back(); }
   WindowImage& newest() { return images.back(); }
 
+  // x_from_image of each image, for a pose x_from_odom.
+  std::vector<Rigid3> FromImages(const Rigid3& x_from_odom) const;
+  // The index of an image in `images`.
+  size_t IndexOf(int id) const;
+
   // The inverse depth of a point as an image sees it.
   double InverseDepthIn(const WindowPoint& point, const WindowImage& image) const;
 
@@ -86,10 +91,9 @@ struct Window {
   void RemoveUnused(int kept_image);
 
  private:
-  // Erases images. The turn of an image is from the image before it: that of the next image that
-  // stays is composed with the turns of the erased ones before it.
-  template <typename IsErased>
-  void EraseImages(IsErased&& is_erased);
+  // Erases images, by index. The turn of an image is from the image before it: that of the next
+  // image that stays is composed with the turns of the erased ones before it.
+  void EraseImages(const std::vector<bool>& is_erased);
 };
 
 // The least-squares problem of a window, and how its parts are found again.
