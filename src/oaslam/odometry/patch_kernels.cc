@@ -63,18 +63,24 @@ class Products {
   HWY_INLINE void Add(WordVec a, WordVec b) {
     first_ = hn::ReorderWidenMulAccumulate(kD, a, b, first_, second_);
   }
-  HWY_INLINE int64_t Sum() const { return SumOf(first_) + SumOf(second_); }
+  HWY_INLINE int64_t Sum() const {
+    return hn::GetLane(
+        hn::SumOfLanes(hn::RepartitionToWide<Wide>(), hn::Add(Widened(first_), Widened(second_))));
+  }
 
  private:
-  static constexpr hn::RepartitionToWide<Words> kD{};
-  using Vec = hn::Vec<hn::RepartitionToWide<Words>>;
+  using Wide = hn::RepartitionToWide<Words>;
+  using Vec = hn::Vec<Wide>;
+  static constexpr Wide kD{};
 
-  static HWY_INLINE int64_t SumOf(Vec v) {
-    int32_t lanes[kPatchSide / 2] = {};
-    hn::StoreU(v, kD, lanes);
-    int64_t sum = 0;
-    for (const int32_t lane : lanes) sum += lane;
-    return sum;
+  static HWY_INLINE hn::Vec<hn::RepartitionToWide<Wide>> Widened(Vec v) {
+    const hn::RepartitionToWide<Wide> d;
+#if HWY_TARGET == HWY_SCALAR
+    return hn::PromoteTo(d, v);
+#else
+    return hn::Add(hn::PromoteTo(d, hn::LowerHalf(v)),
+                   hn::PromoteTo(d, hn::UpperHalf(hn::Half<Wide>(), v)));
+#endif
   }
 
   Vec first_, second_;
