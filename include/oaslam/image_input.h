@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "oaslam/angular_velocity.h"
-#include "oaslam/camera_motion.h"
 #include "oaslam/image_features.h"
+#include "oaslam/motion_input.h"
 #include "oaslam/types.h"
 
 namespace oaslam {
@@ -37,7 +37,7 @@ struct ImageInput {
   // The camera's motion by another odometry: Slam's own does not run on this image, so that images
   // may be a second apart. Only Slam::Process uses it. Throws InputError for poses that are not
   // valid, depths that are not positive, and numbers of images that do not ascend.
-  std::optional<CameraMotion> motion{};
+  std::optional<MotionInput> motion{};
   // The key points of the image, for an `image` that is empty. Learned descriptors need the image.
   std::optional<ImageFeatures> features{};
 };

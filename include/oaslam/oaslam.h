@@ -22,7 +22,7 @@
 #include "oaslam/slam.h"
 #include "oaslam/image_input.h"
 #include "oaslam/angular_velocity.h"
-#include "oaslam/camera_motion.h"
+#include "oaslam/motion_input.h"
 #include "oaslam/image_features.h"
 #include "oaslam/tracking_result.h"
 #include "oaslam/slam_state.h"

@@ -1,5 +1,5 @@
 /*
-sources b70d5fe5ca975596300bc0d2c172e4caf144436e811f730f492e9254f562f5e5
+sources 6bfe770ccb92773f68d66a5cc33efcd927d4fc918a19081df0d829226e63028d
 
 OA-SLAM's visual odometry: Apache-2.0.
 */

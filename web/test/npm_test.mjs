@@ -28,6 +28,7 @@ const user = join(folder, "user"); // the folder of one who uses the package
 const images = join(user, "images"); // of the clip
 const poses = posesOf(CLIP);
 let tarball;
+let service; // its address
 const children = [];
 
 function run(program, options, settings = {}) {
@@ -120,9 +121,55 @@ test("in Node: the client of the service", LONG, async () => {
   writeFileSync(join(folder, "tokens"), `write ${TOKEN}\n`);
   const port = await freePort();
   await serve(BINARY, ["serve", "--maps", maps, "--port", String(port), "--token-file", join(folder, "tokens"), "--detector", "none"], port);
+  service = `http://localhost:${port}`;
   cpSync(join(HERE, "npm", "ask_service.mjs"), join(user, "ask_service.mjs"));
   const flags = Number(process.versions.node.split(".")[0]) < 22 ? ["--experimental-websocket"] : [];
   assert.equal(run(process.execPath, [...flags, "--no-warnings", "ask_service.mjs", `http://127.0.0.1:${port}`, TOKEN, images]), "done\n");
+});
+
+// A page of the service's own address, which takes the package from the user's folder.
+const MAP_PAGE = `<!doctype html><style>html, body { height: 100%; margin: 0; }</style><link rel="icon" href="data:,">
+<script type="importmap">{ "imports": { "three": "./node_modules/three/build/three.module.js", "three/examples/": "./node_modules/three/examples/", "oaslam/three": "./node_modules/oaslam/dist/three.js" } }</script>
+<button>start</button>
+<script type="module">
+  import { BoxGeometry, Mesh, MeshBasicMaterial } from "three";
+  import { startAr } from "oaslam/three";
+  const camera = { width: 640, height: 480, fx: 525, fy: 525, cx: 319.5, cy: 239.5 };
+  const service = { url: location.origin, map: "desk", token: "${TOKEN}" };
+  document.querySelector("button").onclick = async ({ target }) => {
+    window.ar = await startAr({ camera, service, content: () => new Mesh(new BoxGeometry().translate(0, 0.5, 0), new MeshBasicMaterial({ color: "deeppink" })) });
+    target.remove();
+    ar.onTap = ({ ray }) => ray && ar.session.client.placeAnchor("desk", { model: "flag", size: 0.1, ...ray });
+  };
+</script>`;
+
+test("a page with a map: a tap places an anchor, whose content stands there for everybody", LONG, async () => {
+  const types = { ".js": "text/javascript", ".wasm": "application/wasm", ".jpg": "image/jpeg" };
+  const page = await pageOf("about:blank");
+  await page.route("**/app/**", (route) => {
+    const path = new URL(route.request().url()).pathname.slice("/app/".length);
+    if (path === "") return route.fulfill({ body: MAP_PAGE, contentType: "text/html" });
+    return route.fulfill({ path: join(user, path), contentType: types[path.slice(path.lastIndexOf("."))] });
+  });
+  await page.goto(`${service}/app/`);
+  await page.locator("button").tap();
+  await page.waitForFunction(() => window.ar);
+  const isPlaced = () => page.evaluate(() => window.ar.session.tracked?.world === "map");
+  let i = 0;
+  for (; i < 200 && !(i > 60 && (await isPlaced())); ++i) await showImage(page, `${service}/app/images/`, i);
+  assert.ok(await isPlaced(), "the camera is not found in the map");
+  const foot = onDesk(poses[TAPPED], NOTE);
+  await settle(page);
+  const [x, y] = pixelOf(poses[i - 1], foot);
+  await page.touchscreen.tap(x, y);
+  await page.waitForFunction(() => window.ar.layer.store.anchors.length > 0);
+  for (const last = i + 60; i < last; ++i) await showImage(page, `${service}/app/images/`, i);
+  const middle = pixelOf(poses[i - 1], [foot[0], foot[1], foot[2] + 0.05]); // of the cube: the map is in metres
+  const seen = await pinkIn(page);
+  console.log(JSON.stringify({ image: i - 1, x: seen.x - middle[0], y: seen.y - middle[1], count: seen.count }));
+  assert.ok(seen.count > 100 && Math.hypot(seen.x - middle[0], seen.y - middle[1]) < 8, JSON.stringify({ seen, middle }));
+  await shoot(page, "npm_map");
+  assert.deepEqual(page.errors, []);
 });
 
 // A page whose camera shows the images of the clip, one after the other, each when the odometry has answered to the one before; and feels its gravity.

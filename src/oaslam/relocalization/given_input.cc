@@ -32,7 +32,7 @@ void CheckFeatures(const ImageFeatures& given) {
   }
 }
 
-void CheckMotion(const CameraMotion& given) {
+void CheckMotion(const MotionInput& given) {
   if (!given.is_known) return;
   if (given.run < 0) throw BadInput("motion: run: {}, allowed: at least 0", given.run);
   CheckPose(given.odom_from_cam);
@@ -63,7 +63,7 @@ Features FeaturesOf(const ImageFeatures& given, const Box& bounds) {
   return features;
 }
 
-std::shared_ptr<const FrameMotion> MotionOf(const CameraMotion& given, const Camera& camera) {
+std::shared_ptr<const FrameMotion> MotionOf(const MotionInput& given, const Camera& camera) {
   if (!given.is_known) return nullptr;
   auto motion = std::make_shared<FrameMotion>();
   motion->run = -1 - given.run;

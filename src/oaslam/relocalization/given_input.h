@@ -2,10 +2,10 @@
 
 #include <memory>
 
-#include "oaslam/camera_motion.h"
 #include "oaslam/features/features.h"
 #include "oaslam/image_features.h"
 #include "oaslam/map/frame.h"
+#include "oaslam/motion_input.h"
 
 namespace oaslam {
 
@@ -13,13 +13,13 @@ namespace oaslam {
 // camera moved. The checks throw InputError.
 
 void CheckFeatures(const ImageFeatures& given);
-void CheckMotion(const CameraMotion& given);
+void CheckMotion(const MotionInput& given);
 
 // `bounds`: of the ideal image.
 Features FeaturesOf(const ImageFeatures& given, const Box& bounds);
 
 // Null where it is not known. Its run is a negative number, so that none of Slam's own odometry is
 // taken for it.
-std::shared_ptr<const FrameMotion> MotionOf(const CameraMotion& given, const Camera& camera);
+std::shared_ptr<const FrameMotion> MotionOf(const MotionInput& given, const Camera& camera);
 
 }  // namespace oaslam

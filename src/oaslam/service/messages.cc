@@ -42,9 +42,9 @@ Camera ReadCamera(const JsonInput& json) {
 }
 
 // Without a value the motion is not known.
-CameraMotion ReadMotion(const std::optional<JsonInput>& given) {
+MotionInput ReadMotion(const std::optional<JsonInput>& given) {
   constexpr size_t kMostDepths = 4000, kMostKeyframes = 100;  // ten times what is usual
-  CameraMotion motion;
+  MotionInput motion;
   motion.is_known = given.has_value();
   if (!given) return motion;
   const JsonInput& json = *given;

@@ -39,7 +39,7 @@ struct ImageRequest {
   std::vector<AngularVelocity> angular_velocity;
   std::optional<Rigid3> prior;  // world_from_cam
   double time = 0;
-  std::optional<CameraMotion> motion;
+  std::optional<MotionInput> motion;
   // Without its key points, of which `bytes` holds this number.
   std::optional<ImageFeatures> features;
   int feature_count = 0;

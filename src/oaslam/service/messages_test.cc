@@ -27,7 +27,7 @@ TEST(Messages, AGyroscopeComesWithAnImage) {
 TEST(Messages, TheMotionOfTheDeviceComesWithAnImage) {
   EXPECT_FALSE(RequestOf("{}").motion);
   EXPECT_FALSE(RequestOf(R"({"motion": null})").motion->is_known);
-  const CameraMotion motion =
+  const MotionInput motion =
       *RequestOf(R"({"motion": {"run": 1, "image": 9, "keyframe": true, "agreeing": 0.5,
         "pose": {"position": [1, 2, 3], "rotation": [0, 0, 0, 1]},
         "keyframes": [[4, 1, 0, 0, 0, 0, 1, 0], [8, 2, 0, 0, 0, 0, 0, 1]],

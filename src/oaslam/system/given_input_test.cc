@@ -31,8 +31,8 @@ class GivenInputTest : public testing::Test {
     }
     return given;
   }
-  CameraMotion MotionAt(int i) const {
-    CameraMotion motion;
+  MotionInput MotionAt(int i) const {
+    MotionInput motion;
     motion.image = i;
     motion.odom_from_cam = CamFromWorld(0) * CamFromWorld(i).Inverse();
     motion.odom_from_cam.translation /= kUnitGiven;

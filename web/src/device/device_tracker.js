@@ -43,6 +43,7 @@ export class DeviceTracker extends EventTarget {
   /** @type {Lens | null} */ camera = null; // of the images
   place = new Place();
   /** @type {Answer | null} */ answer = null; // the last
+  /** @type {import("../messages").MapMessage | null} */ map = null; // as the service has told it by now, for those who come later
   /** @type {string | null} */ problem = null; // why there is no odometry
   isPaused = false; // nothing is sent
 
@@ -233,7 +234,18 @@ export class DeviceTracker extends EventTarget {
       if (message.type === "map" || digest !== this.#lastDigest) this.place.reset();
       this.#lastDigest = digest;
     }
+    this.#keepMap(message);
     this.#tell(message.type, message);
+  }
+
+  /** @param {ServiceMessage} message */
+  #keepMap(message) {
+    if (message.type === "hello" || message.type === "map") this.map = message;
+    else if (message.type === "anchors" && this.map) {
+      const { anchors = [], removed = [] } = message;
+      const changed = new Set([...removed, ...anchors.map(({ name }) => name)]);
+      this.map = { ...this.map, anchors: [...(this.map.anchors ?? []).filter(({ name }) => !changed.has(name)), ...anchors] };
+    }
   }
 
   /** @param {Answer} message */

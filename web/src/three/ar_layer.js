@@ -73,6 +73,7 @@ export class ArLayer extends Group {
         this.anchors.update(part);
       });
     }
+    if (tracker.map) this.#enterMap(tracker.map); // the service was faster
   }
 
   // What AnchorsLayer asks of a view: this one is drawn all the time, and without names.
