@@ -1,5 +1,5 @@
 /*
-sources 6bfe770ccb92773f68d66a5cc33efcd927d4fc918a19081df0d829226e63028d
+sources 0f3f60598a6d69433e9dde6493ff493c843005b0433458a8831552f3441cdafe
 
 OA-SLAM's visual odometry: Apache-2.0.
 */

@@ -128,7 +128,7 @@ test("in Node: the client of the service", LONG, async () => {
 });
 
 // A page of the service's own address, which takes the package from the user's folder.
-const MAP_PAGE = `<!doctype html><style>html, body { height: 100%; margin: 0; }</style><link rel="icon" href="data:,">
+const MAP_PAGE = `<!doctype html><meta name="viewport" content="width=device-width, initial-scale=1"><style>html, body { height: 100%; margin: 0; }</style><link rel="icon" href="data:,">
 <script type="importmap">{ "imports": { "three": "./node_modules/three/build/three.module.js", "three/examples/": "./node_modules/three/examples/", "oaslam/three": "./node_modules/oaslam/dist/three.js" } }</script>
 <button>start</button>
 <script type="module">
@@ -139,21 +139,18 @@ const MAP_PAGE = `<!doctype html><style>html, body { height: 100%; margin: 0; }<
   document.querySelector("button").onclick = async ({ target }) => {
     window.ar = await startAr({ camera, service, content: () => new Mesh(new BoxGeometry().translate(0, 0.5, 0), new MeshBasicMaterial({ color: "deeppink" })) });
     target.remove();
-    ar.onTap = ({ ray }) => ray && ar.session.client.placeAnchor("desk", { model: "flag", size: 0.1, ...ray });
+    ar.onTap = ({ ray }) => (window.placed = ar.session.client.placeAnchor("desk", { model: "flag", size: 0.1, ...ray }));
   };
 </script>`;
 
 test("a page with a map: a tap places an anchor, whose content stands there for everybody", LONG, async () => {
   const types = { ".js": "text/javascript", ".wasm": "application/wasm", ".jpg": "image/jpeg" };
-  const page = await pageOf("about:blank");
-  await page.route("**/app/**", (route) => {
+  const page = await pageOf(`${service}/app/`, (route) => {
     const path = new URL(route.request().url()).pathname.slice("/app/".length);
     if (path === "") return route.fulfill({ body: MAP_PAGE, contentType: "text/html" });
     return route.fulfill({ path: join(user, path), contentType: types[path.slice(path.lastIndexOf("."))] });
   });
-  await page.goto(`${service}/app/`);
   await page.locator("button").tap();
-  await page.waitForFunction(() => window.ar);
   const isPlaced = () => page.evaluate(() => window.ar.session.tracked?.world === "map");
   let i = 0;
   for (; i < 200 && !(i > 60 && (await isPlaced())); ++i) await showImage(page, `${service}/app/images/`, i);
@@ -162,7 +159,9 @@ test("a page with a map: a tap places an anchor, whose content stands there for 
   await settle(page);
   const [x, y] = pixelOf(poses[i - 1], foot);
   await page.touchscreen.tap(x, y);
-  await page.waitForFunction(() => window.ar.layer.store.anchors.length > 0);
+  await page.waitForFunction(() => window.placed);
+  const { name } = await page.evaluate(() => window.placed);
+  await page.waitForFunction((name) => window.ar.layer.store.anchors.some((anchor) => anchor.name === name), name);
   for (const last = i + 60; i < last; ++i) await showImage(page, `${service}/app/images/`, i);
   const middle = pixelOf(poses[i - 1], [foot[0], foot[1], foot[2] + 0.05]); // of the cube: the map is in metres
   const seen = await pinkIn(page);
@@ -173,8 +172,9 @@ test("a page with a map: a tap places an anchor, whose content stands there for 
 });
 
 // A page whose camera shows the images of the clip, one after the other, each when the odometry has answered to the one before; and feels its gravity.
-async function pageOf(url) {
+async function pageOf(url, answer = (route) => route.continue()) {
   const page = await newPage(await launch(), { size: SIZE });
+  await page.route("**/app/**", answer);
   await page.addInitScript(({ width, height }) => {
     const canvas = Object.assign(document.createElement("canvas"), { width, height });
     const [track] = canvas.captureStream(0).getTracks();

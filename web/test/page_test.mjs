@@ -171,7 +171,7 @@ test("a finished run: what the files say is what is drawn", async () => {
   });
   assert.ok(measured > 0);
   await settle(page);
-  assert.match(await page.locator(".measure").textContent(), /\d units/);
+  assert.match(await page.locator(".measure").textContent(), /\d m$/); // by the usual sizes of the objects
   await shoot(page, "measure");
   await page.locator("[data-view=Image]").click();
   await settle(page);
@@ -659,7 +659,7 @@ test("a placed anchor is kept in the map file, and comes back when the camera is
   for (const [i, { pose, size }] of after.entries()) {
     const before = poses.find(({ name }) => name === after[i].name);
     assert.ok(Math.hypot(...[4, 5, 6].map((k) => pose[k] - before.pose[k])) < 0.5 * size, JSON.stringify({ pose, before }));
-    assert.ok(Math.abs(size / before.size - 1) < 1e-6, `${size}, not ${before.size}`);
+    assert.ok(Math.abs(size / before.size - 1) < 0.1, `${size}, not ${before.size}`); // what was seen since makes the metre better
   }
   await shoot(live, "found_again");
   assert.deepEqual(live.errors, []);

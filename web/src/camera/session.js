@@ -119,12 +119,13 @@ export class Session extends EventTarget {
   }
 
   // Sends an image of a new map, if it is time for one.
-  async record({ time, gravity, gyroscope, jpeg }) {
+  record({ time, gravity, gyroscope, jpeg }) {
     const stream = /** @type {Stream} */ (this.stream);
     if (this.isFinishing || !stream.isDue(0, RECORD_INTERVAL)) return;
     const id = stream.begin();
     const camera = this.knownLens ?? "auto";
-    stream.sendImage({ id, time, camera, ...(gravity && { gravity }), ...(gyroscope.length > 0 && { angular_velocity: gyroscope }) }, await jpeg());
+    const header = { id, time, camera, ...(gravity && { gravity }), ...(gyroscope.length > 0 && { angular_velocity: gyroscope }) };
+    stream.sendImage(jpeg().then((body) => ({ header, body })));
   }
 
   /** An edit of the anchors. @param {import("../messages").Request} message */

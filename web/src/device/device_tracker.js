@@ -217,10 +217,11 @@ export class DeviceTracker extends EventTarget {
       id, time, camera: this.camera ?? "auto",
       ...(estimate && { motion }), ...(gravity && { gravity }), ...(gyroscope.length > 0 && !estimate && { angular_velocity: gyroscope }),
     };
+    const encoded = sharesFeatures
+      ? sharesFeatures.features(FEATURES).then(({ bytes, ...features }) => ({ header: { ...header, features }, body: bytes }))
+      : /** @type {() => Promise<Uint8Array>} */ (jpeg)().then((body) => ({ header, body }));
     try {
-      if (!sharesFeatures) return stream.sendImage(header, await /** @type {() => Promise<Uint8Array>} */ (jpeg)());
-      const { bytes, ...features } = await sharesFeatures.features(FEATURES);
-      stream.sendImage({ ...header, features }, bytes);
+      await stream.sendImage(encoded);
     } catch (error) {
       this.#tell("problem", /** @type {Error} */ (error).message);
     }

@@ -9,6 +9,7 @@ const SILENCE = 15000; // ms after which a connection that is open is considered
 export class Stream extends EventTarget {
   pacer = new Pacer();
   ids = 0; // of images
+  #isPacking = false;
 
   /** @param {{ url: string, protocols: string[], comesBack?: boolean }} address */
   constructor(address) {
@@ -33,7 +34,7 @@ export class Stream extends EventTarget {
     const isDue = this.pacer.maySend(now, interval, slow);
     // A network that is gone says nothing: what was sent may still be on its way, then nothing more can be sent.
     if (this.link.state === "open" && this.pacer.last > this.link.heard && now - this.link.heard > SILENCE) this.link.restart();
-    return isDue && this.link.isFree;
+    return isDue && !this.#isPacking && this.link.isFree;
   }
 
   /** Reserves the number of an image that will be sent once it is encoded. */
@@ -43,9 +44,18 @@ export class Stream extends EventTarget {
     return id;
   }
 
-  /** @param {ImageHeader} header  @param {Uint8Array} body the image as JPEG, or its key points */
-  sendImage(header, body) {
-    this.link.sendBytes(packImage({ type: "image", ...header }, body));
+  /**
+   * Sends an image once it is encoded: until then no other is due, since it could overtake this one.
+   * @param {Promise<{ header: ImageHeader, body: Uint8Array }>} image body: the image as JPEG, or its key points
+   */
+  async sendImage(image) {
+    this.#isPacking = true;
+    try {
+      const { header, body } = await image;
+      this.link.sendBytes(packImage({ type: "image", ...header }, body));
+    } finally {
+      this.#isPacking = false;
+    }
   }
 
   /** @param {Request} message */
