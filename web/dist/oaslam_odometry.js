@@ -1,5 +1,5 @@
 /*
-sources 0f3f60598a6d69433e9dde6493ff493c843005b0433458a8831552f3441cdafe
+sources 950650b4a326cd090dcaed36d18855565dec8ba32f696fb1dbb9286b3f5f7c86
 
 OA-SLAM's visual odometry: Apache-2.0.
 */

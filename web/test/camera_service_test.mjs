@@ -58,19 +58,10 @@ after(() => {
 async function phone(file, { path = "/camera?map=desk", knows = true, network = null, ...options } = {}) {
   const page = await newPage(await launch(file), options);
   if (network) await slowNetwork(page, network);
-  if (process.env.OASLAM_PAGE) await usePage(page);
   page.on("request", (request) => /^http/.test(request.url()) && !request.url().startsWith(`http://127.0.0.1:${port}/`) && page.errors.push(`foreign request ${request.url()}`));
   if (knows) await page.addInitScript((lens) => (Storage.prototype.getItem = (key) => (key.startsWith("oaslam camera") ? JSON.stringify(lens) : null)), LENS);
   await page.goto(`http://127.0.0.1:${port}${path}#token=${TOKEN}`);
   return page;
-}
-
-// The page of web/dist instead of that which the program has, as long as this is not built anew.
-async function usePage(page) {
-  const dist = join(process.env.OASLAM_SOURCE_DIR, "web", "dist");
-  const policy = "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; worker-src blob:; style-src 'unsafe-inline'; img-src blob: data:; media-src blob:; connect-src 'self' blob: data:";
-  await page.route(/\/camera(\?|#|$)/, (route) => route.fulfill({ path: join(dist, "camera.html"), contentType: "text/html", headers: { "Content-Security-Policy": policy } }));
-  await page.route(/oaslam_odometry.wasm$/, (route) => route.fulfill({ path: join(dist, "oaslam_odometry.wasm"), contentType: "application/wasm" }));
 }
 
 async function start(page) {
@@ -247,7 +238,6 @@ test("content stands where the truth has it, with answers that are late and with
       network.gone = false;
     });
     const { px, age, share } = summary(name, drawn);
-    if (process.env.OASLAM_DRAWN) writeFileSync(`${process.env.OASLAM_DRAWN}/${name.replaceAll(" ", "_")}.json`, JSON.stringify(drawn));
     assert.ok(share > 0.98, `content was drawn in ${share} of the images`);
     // On a busy machine answers are seconds apart, and the odometry adds its error of a percent of the way meanwhile.
     assert.ok(quantile(px, 0.9) < 2.5 && quantile(px, 0.99) < 5, `${quantile(px, 0.9)}, ${quantile(px, 0.99)} px`);

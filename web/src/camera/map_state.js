@@ -1,5 +1,6 @@
 /** @import { Anchor, AnchorChanges, MapMessage, MapObject, Model, WireObject, WirePose } from "../messages" */
 import { Quaternion, Vector3 } from "three";
+import { editedAnchors } from "../edited_anchors.js";
 
 /** @param {WirePose} pose  @returns {number[]} */
 export const poseArray = ({ position, rotation }) => [...rotation, ...position];
@@ -41,10 +42,7 @@ export class MapState extends EventTarget {
 
   /** Takes changes over, of this page or others. @param {AnchorChanges} message */
   edit({ anchors = [], removed = [] }) {
-    const now = new Map(this.anchors.map((anchor) => [anchor.name, anchor]));
-    for (const name of removed) now.delete(name);
-    for (const anchor of anchors) now.set(anchor.name, anchorOf(anchor));
-    this.anchors = [...now.values()];
+    this.anchors = editedAnchors(this.anchors, { anchors: anchors.map(anchorOf), removed });
     this.tell("anchors");
   }
 

@@ -1,4 +1,5 @@
 /** @import { Answer, ImageHeader, Lens, Request, ServiceMessage, Triple, WirePose } from "../messages" */
+import { editedAnchors } from "../edited_anchors.js";
 import { OdometryWorker } from "../odometry/odometry_worker.js";
 import { guessedCamera, rayOf, scaledCamera } from "./lens.js";
 import { motionOf, Place } from "./place.js";
@@ -242,11 +243,7 @@ export class DeviceTracker extends EventTarget {
   /** @param {ServiceMessage} message */
   #keepMap(message) {
     if (message.type === "hello" || message.type === "map") this.map = message;
-    else if (message.type === "anchors" && this.map) {
-      const { anchors = [], removed = [] } = message;
-      const changed = new Set([...removed, ...anchors.map(({ name }) => name)]);
-      this.map = { ...this.map, anchors: [...(this.map.anchors ?? []).filter(({ name }) => !changed.has(name)), ...anchors] };
-    }
+    else if (message.type === "anchors" && this.map) this.map = { ...this.map, anchors: editedAnchors(this.map.anchors ?? [], message) };
   }
 
   /** @param {Answer} message */
