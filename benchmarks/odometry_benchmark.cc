@@ -81,10 +81,11 @@ Window Walked() {
 void WindowOptimized(benchmark::State& state) {
   const Window window = Walked();
   const WindowProblem made = ProblemOf(window, {}, false);
+  InverseDepthSolver solver;
   for (auto _ : state) {
     InverseDepthState poses = made.StateOf(window);
     benchmark::DoNotOptimize(
-        MinimizeInverseDepths(made.problem, {.max_iterations = 4, .tolerance = 1e-4}, poses, true));
+        solver.Minimize(made.problem, {.max_iterations = 4, .tolerance = 1e-4}, poses, true));
   }
 }
 BENCHMARK(WindowOptimized)->Unit(benchmark::kMicrosecond);

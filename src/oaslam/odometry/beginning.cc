@@ -185,21 +185,21 @@ class Beginner {
     return s;
   }
 
-  void Improve(int iterations, Solution& s) const {
-    s.cost = MinimizeInverseDepths(made_.problem, {.max_iterations = iterations, .tolerance = 1e-4},
-                                   s.state)
-                 .solver.cost;
+  void Improve(int iterations, Solution& s) {
+    s.cost =
+        solver_.Minimize(made_.problem, {.max_iterations = iterations, .tolerance = 1e-4}, s.state)
+            .solver.cost;
     s.motion = MotionOf(s.state.poses[newest_] * s.state.poses[first_].Inverse());
   }
 
   // Without the sightings that do not fit. In the cost each of these counts as much as one that
   // hardly fits, so that solutions with different ones can be compared.
-  void Polish(Solution& s) const {
+  void Polish(Solution& s) {
     constexpr int kRounds = 2, kIterations = 10;
     InverseDepthProblem problem = made_.problem;
     for (int round = 0; round < kRounds; ++round) {
       FlagOutliers(s.state, problem);
-      MinimizeInverseDepths(problem, {.max_iterations = kIterations, .tolerance = 1e-4}, s.state);
+      solver_.Minimize(problem, {.max_iterations = kIterations, .tolerance = 1e-4}, s.state);
     }
     s.outliers = FlagOutliers(s.state, problem);
     s.cost = CostOf(problem, s.state, std::pow(options_.outlier_px / options_.sigma_px, 2));
@@ -220,11 +220,11 @@ class Beginner {
   }
 
   // The window with this solution, in the unit of the one before.
-  Window Made(Solution s, const Window* before) const {
+  Window Made(Solution s, const Window* before) {
     Window made = window_;
     // A last step from the minimum gives the variances there.
     const InverseDepthReport report =
-        MinimizeInverseDepths(made_.problem, {.max_iterations = 1}, s.state);
+        solver_.Minimize(made_.problem, {.max_iterations = 1}, s.state);
     made_.Apply(s.state, made);
     for (size_t k = 0; k < made_.points.size(); ++k)
       made.points[made_.points[k]].variance = report.variances[k];
@@ -258,6 +258,7 @@ class Beginner {
   WindowOptions options_;
   double length_;
   WindowProblem made_;
+  InverseDepthSolver solver_;
   int first_ = 0, newest_ = 0;
 };
 
@@ -284,7 +285,7 @@ double WayOf(const Given& given, const WindowOptions& options) {
 }
 
 // The best solution and, if there is one, the best that is distinct from it.
-std::vector<Solution> BestTwo(const Beginner& beginner, const Given& given, Rng& rng) {
+std::vector<Solution> BestTwo(Beginner& beginner, const Given& given, Rng& rng) {
   constexpr int kIterations = 12;
   std::vector<Solution> solutions;
   for (const BeginningMotion& motion : MotionsToTry(given.matches, given.newest_from_first, rng)) {
@@ -326,7 +327,7 @@ Beginning BeginMotion(const Window& window, const Window* before, const WindowOp
   Beginning result{window};
   const std::optional<Given> given = WhatIsGiven(window, options);
   if (!given) return result;
-  const Beginner beginner(window, options, WayOf(*given, options));
+  Beginner beginner(window, options, WayOf(*given, options));
   const std::vector<Solution> found = BestTwo(beginner, *given, rng);
   const Solution& best = found.front();
   const double unit = beginner.Unit(best);
@@ -346,7 +347,7 @@ Beginning FollowLeader(const Window& window, const Window& before, const WindowO
   Beginning result{window};
   const std::optional<Given> given = WhatIsGiven(window, options);
   if (!given) return result;
-  const Beginner beginner(window, options, WayOf(*given, options));
+  Beginner beginner(window, options, WayOf(*given, options));
   Solution s = beginner.Start(
       MotionOf(before.newest().cam_from_odom * before.images.front().cam_from_odom.Inverse()));
   beginner.Improve(12, s);

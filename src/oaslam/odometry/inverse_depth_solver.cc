@@ -1,5 +1,6 @@
 #include "oaslam/odometry/inverse_depth_solver.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -9,16 +10,12 @@
 
 #include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/levenberg_marquardt.h"
-#include "oaslam/estimation/schur_system.h"
 #include "oaslam/geometry/pose_step.h"
-#include "oaslam/geometry/skew.h"
-#include "oaslam/util/check.h"
+#include "oaslam/odometry/inverse_depth_kernels.h"
 
 namespace oaslam {
 namespace {
 
-using Matrix23 = Eigen::Matrix<double, 2, 3>;
-using Matrix26 = Eigen::Matrix<double, 2, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 struct Cam {
@@ -47,68 +44,106 @@ Eigen::Vector3d RotationError(const RotationPrior& r, const std::vector<Cam>& ca
   return off.angle() / std::sqrt(r.turn.variance) * off.axis();
 }
 
-// The relative pose of the image of a measurement and its point's anchor.
-struct Pair {
-  int pose = 0, anchor = 0;
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // pose_from_anchor
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
-
-  Eigen::Vector3d PointAt(const Eigen::Vector2d& ray, double inverse_depth) const {
-    return rotation * ray.homogeneous() + inverse_depth * translation;
-  }
-  double Chi2(const DepthMeasurement& s, const Eigen::Vector2d& ray, double inverse_depth) const {
-    const Eigen::Vector3d x = PointAt(ray, inverse_depth);
-    if (x.z() < kNearest) return kBehindChi2;
-    return (s.inverse_sigma * (x.head<2>() / x.z() - s.ray)).squaredNorm();
-  }
-};
-
-// All pairs of a problem: there are far fewer of them than measurements.
-class Pairs {
+// The measurements of a problem in the order of the kernels: by pairs of images, of which there are
+// far fewer.
+class SightingsByPair {
  public:
-  Pairs(const InverseDepthProblem& problem, size_t poses) {
-    std::vector<int> index(poses * poses, -1);
-    for (const DepthMeasurement& s : problem.measurements) {
-      const int anchor = problem.points[s.point].anchor;
-      int& i = index[s.pose * poses + anchor];
-      if (i < 0) {
-        i = static_cast<int>(pairs_.size());
-        pairs_.push_back({.pose = s.pose, .anchor = anchor});
-      }
-      pair_of_.push_back(i);
+  // `with_outliers`: measurements that are outliers count like the others. The problem must outlive
+  // this object, or the next call.
+  void Set(const InverseDepthProblem& problem, size_t poses, bool with_outliers) {
+    problem_ = &problem;
+    FindPairs(poses);
+    std::vector<size_t> next;
+    for (const ImagePair& pair : pairs_) next.push_back(pair.begin);
+    table_.Resize(pairs_.empty() ? 0 : pairs_.back().end);
+    std::ranges::fill(table_.inverse_sigma, 0);
+    row_of_.clear();
+    for (size_t i = 0; i < problem.measurements.size(); ++i) {
+      const DepthMeasurement& m = problem.measurements[i];
+      const size_t row = next[pair_of_[i]]++;
+      row_of_.push_back(row);
+      const Eigen::Vector2d& ray = problem.points[m.point].ray;
+      table_.anchor_x[row] = ray.x();
+      table_.anchor_y[row] = ray.y();
+      table_.seen_x[row] = m.ray.x();
+      table_.seen_y[row] = m.ray.y();
+      if (!m.is_outlier || with_outliers) table_.inverse_sigma[row] = m.inverse_sigma;
     }
   }
+
+  struct Images {
+    int pose, anchor;
+  };
 
   void Update(const std::vector<Cam>& cams) {
-    for (Pair& p : pairs_) {
-      p.rotation = cams[p.pose].rotation * cams[p.anchor].rotation.transpose();
-      p.translation = cams[p.pose].translation - p.rotation * cams[p.anchor].translation;
+    for (size_t i = 0; i < pairs_.size(); ++i) {
+      const Cam &image = cams[images_[i].pose], &anchor = cams[images_[i].anchor];
+      Eigen::Map<Eigen::Matrix3d> rotation(pairs_[i].rotation.data());
+      rotation = image.rotation * anchor.rotation.transpose();
+      Eigen::Map<Eigen::Vector3d>(pairs_[i].translation.data()) =
+          image.translation - rotation * anchor.translation;
+    }
+  }
+  void Update(const std::vector<double>& inverse_depths) {
+    for (size_t i = 0; i < row_of_.size(); ++i)
+      table_.inverse_depth[row_of_[i]] = inverse_depths[problem_->measurements[i].point];
+  }
+
+  std::span<const ImagePair> pairs() const { return pairs_; }
+  const Images& ImagesOf(size_t pair) const { return images_[pair]; }
+  const SightingTable& table() const { return table_; }
+  size_t rows() const { return table_.inverse_sigma.size(); }
+  size_t RowOf(size_t measurement) const { return row_of_[measurement]; }
+  const ImagePair& PairOf(size_t measurement) const { return pairs_[pair_of_[measurement]]; }
+
+ private:
+  // In the order in which the measurements name them; each with room for its own.
+  void FindPairs(size_t poses) {
+    pairs_.clear();
+    images_.clear();
+    pair_of_.clear();
+    std::vector<int> index(poses * poses, -1);
+    for (const DepthMeasurement& m : problem_->measurements) {
+      const int anchor = problem_->points[m.point].anchor;
+      int& i = index[m.pose * poses + anchor];
+      if (i < 0) {
+        i = static_cast<int>(pairs_.size());
+        pairs_.emplace_back();
+        images_.push_back({m.pose, anchor});
+      }
+      pair_of_.push_back(i);
+      ++pairs_[i].end;
+    }
+    size_t rows = 0;
+    for (ImagePair& pair : pairs_) {
+      constexpr size_t kTogether = 4;
+      pair.begin = rows;
+      rows += (pair.end + kTogether - 1) / kTogether * kTogether;
+      pair.end = rows;
     }
   }
 
-  size_t size() const { return pairs_.size(); }
-  const Pair& operator[](size_t i) const { return pairs_[i]; }
-  int OfMeasurement(size_t measurement) const { return pair_of_[measurement]; }
-
- private:
-  std::vector<Pair> pairs_;
-  std::vector<int> pair_of_;
+  const InverseDepthProblem* problem_ = nullptr;
+  std::vector<ImagePair> pairs_;
+  std::vector<Images> images_;  // of each pair
+  SightingTable table_;
+  std::vector<size_t> pair_of_, row_of_;  // of each measurement
 };
 
 double Cost(const InverseDepthProblem& problem, const InverseDepthState& state,
-            std::optional<double> outlier_chi2, Pairs& pairs) {
+            std::optional<double> outlier_chi2, SightingsByPair& sightings,
+            std::vector<double>& costs) {
   const std::vector<Cam> cams = CamsOf(state);
-  pairs.Update(cams);
+  sightings.Update(cams);
+  sightings.Update(state.inverse_depths);
+  costs.resize(sightings.rows());
+  CostsOfSightings(sightings.pairs(), sightings.table(), problem.huber_chi2, costs.data());
   const double most = outlier_chi2 ? LossOf(*outlier_chi2, problem.huber_chi2).cost
                                    : std::numeric_limits<double>::infinity();
   double cost = 0;
-  for (size_t i = 0; i < problem.measurements.size(); ++i) {
-    const DepthMeasurement& s = problem.measurements[i];
-    if (s.is_outlier && !outlier_chi2) continue;
-    const double chi2 = pairs[pairs.OfMeasurement(i)].Chi2(s, problem.points[s.point].ray,
-                                                           state.inverse_depths[s.point]);
-    cost += std::min(most, LossOf(chi2, problem.huber_chi2).cost);
-  }
+  for (size_t i = 0; i < problem.measurements.size(); ++i)
+    if (!problem.measurements[i].is_outlier || outlier_chi2)
+      cost += std::min(most, costs[sightings.RowOf(i)]);
   for (size_t i = 0; i < problem.points.size(); ++i) {
     const DepthPrior& p = problem.points[i];
     const double off = (state.inverse_depths[i] - p.inverse_depth) / p.sigma;
@@ -124,137 +159,197 @@ double Cost(const InverseDepthProblem& problem, const InverseDepthState& state,
   return cost;
 }
 
+}  // namespace
+
+struct InverseDepthSolver::Memory {
+  struct Depth {
+    double hessian, gradient;
+    double inverse;    // of the hessian, damped
+    size_t cross_end;  // one past its cross blocks
+  };
+
+  SightingsByPair sightings;
+  std::vector<double> costs;         // of the sightings, by row
+  std::vector<SightingTerms> terms;  // the same
+  std::vector<PairTerms> sums;
+  PoseBlocks hessian, reduced;  // of the poses: the lower half; and without the depths
+  Eigen::VectorXd gradient, right;
+  std::vector<Depth> depths;
+  std::vector<DepthCross> cross;
+  Eigen::MatrixXd system;
+};
+
+namespace {
+
+// The normal equations of the poses and the inverse depths, which are eliminated by their Schur
+// complement (Triggs et al., "Bundle Adjustment - A Modern Synthesis", 2000).
 class WindowEquations {
  public:
-  WindowEquations(const InverseDepthProblem& problem, size_t poses)
-      : problem_(problem), pairs_(problem, poses), system_(problem.free_poses) {}
-
-  double Cost(const InverseDepthState& state) {
-    return oaslam::Cost(problem_, state, std::nullopt, pairs_);
+  WindowEquations(const InverseDepthProblem& problem, size_t poses,
+                  InverseDepthSolver::Memory& memory)
+      : problem_(problem), m_(memory) {
+    m_.sightings.Set(problem, poses, false);
+    m_.hessian.Resize(problem.free_poses);
+    m_.gradient.resize(6 * problem.free_poses);
   }
 
+  double Cost(const InverseDepthState& state) {
+    return oaslam::Cost(problem_, state, std::nullopt, m_.sightings, m_.costs);
+  }
+
+  // Of the state whose cost was asked for last.
   void Linearize(const InverseDepthState& state) {
-    const std::vector<Cam> cams = CamsOf(state);
-    system_.Clear();
-    variances_.clear();
-    LinearizePoints(state, cams);
-    LinearizePriors(cams);
+    m_.hessian.Clear();
+    m_.gradient.setZero();
+    LinearizePoints(state);
+    LinearizePriors(CamsOf(state));
   }
 
   bool Step(double damping, InverseDepthState& state) {
-    return system_.Step(
-        damping,
-        [&](int pose, const PoseVector& step) {
-          state.poses[pose] = Moved(state.poses[pose], step);
-        },
-        [&](size_t point, const Eigen::Matrix<double, 1, 1>& step) {
-          state.inverse_depths[point] =
-              std::max(problem_.least_inverse_depth, state.inverse_depths[point] + step[0]);
-        });
+    // In place: what the factor needs of the memory is there.
+    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> factor(Reduced(damping));
+    if (factor.info() != Eigen::Success) return false;
+    const Eigen::VectorXd step = factor.solve(m_.right);
+    if (!step.allFinite()) return false;
+    size_t first = 0;
+    for (size_t i = 0; i < m_.depths.size(); ++i) {
+      const auto& d = m_.depths[i];
+      double back = -d.gradient;
+      for (; first < d.cross_end; ++first)
+        back -= Block(m_.cross[first]).dot(step.segment<6>(6 * m_.cross[first].pose));
+      state.inverse_depths[i] =
+          std::max(problem_.least_inverse_depth, state.inverse_depths[i] + d.inverse * back);
+    }
+    for (int k = 0; k < problem_.free_poses; ++k)
+      state.poses[k] = Moved(state.poses[k], PoseVector(step.segment<6>(6 * k)));
+    return true;
   }
 
-  Eigen::MatrixXd Information() { return system_.PoseInformation(); }
-  std::vector<double> TakeVariances() { return std::move(variances_); }
+  // The information on the poses, the depths being unknown: the whole Schur complement.
+  Eigen::MatrixXd Information() { return Reduced(0, false).selfadjointView<Eigen::Lower>(); }
+  std::vector<double> Variances() const {
+    std::vector<double> variances;
+    for (const auto& d : m_.depths) variances.push_back(1 / d.hessian);
+    return variances;
+  }
 
  private:
-  // The cross blocks of a point, one for each free pose: the sum of what its measurements add.
-  struct CrossBlocks {
-    std::array<int, 64> pose;
-    std::array<Vector6, 64> block;
-    int count = 0;
+  using Block6 = Eigen::Map<Eigen::Matrix<double, 6, 6>>;
 
-    Vector6& Of(int p) {
-      for (int i = 0; i < count; ++i)
-        if (pose[i] == p) return block[i];
-      OASLAM_CHECK(count < static_cast<int>(pose.size()));
-      pose[count] = p;
-      block[count].setZero();
-      return block[count++];
+  static Eigen::Map<const Vector6> Block(const DepthCross& cross) {
+    return Eigen::Map<const Vector6>(cross.block.data());
+  }
+  Block6 Hessian(int row, int column) { return Block6(m_.hessian.At(row, column)); }
+  auto Gradient(int pose) { return m_.gradient.segment<6>(6 * pose); }
+
+  // The equations of the poses with their diagonal multiplied by 1 + damping, the lower half, and
+  // in m_.right their right side.
+  Eigen::MatrixXd& Reduced(double damping, bool with_ridge = true) {
+    // For a pose or a depth without observations. A share of the largest element, since the unit of
+    // length is arbitrary; far below what observations determine.
+    constexpr double kRidge = 1e-12;
+    PoseBlocks& blocks = m_.reduced;
+    blocks = m_.hessian;
+    m_.right = -m_.gradient;
+    if (with_ridge)
+      for (int k = 0; k < problem_.free_poses; ++k) {
+        auto diagonal = Block6(blocks.At(k, k)).diagonal();
+        const double largest = diagonal.maxCoeff();
+        diagonal *= 1 + damping;
+        diagonal.array() += kRidge * (1 + largest);
+      }
+    size_t first = 0;
+    for (auto& d : m_.depths) {
+      const double damped = d.hessian * (1 + damping);
+      d.inverse = 1 / (damped + kRidge * (1 + damped));
+      const std::span cross(&m_.cross[first], d.cross_end - first);
+      for (const DepthCross& c : cross)
+        m_.right.segment<6>(6 * c.pose) += Block(c) * d.inverse * d.gradient;
+      EliminateDepth(cross, d.inverse, blocks);
+      first = d.cross_end;
     }
-  };
+    m_.system.resize(m_.gradient.size(), m_.gradient.size());
+    for (int row = 0; row < problem_.free_poses; ++row)
+      for (int column = 0; column <= row; ++column)
+        m_.system.block<6, 6>(6 * row, 6 * column) = Block6(blocks.At(row, column));
+    return m_.system;
+  }
 
-  // The sums over the measurements of a pair, by a step of its image.
-  struct PairBlock {
-    Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();
-    Vector6 gradient = Vector6::Zero();
-  };
+  // Adds to the last point's cross blocks, which begin at `first`.
+  void AddCross(size_t first, int pose, const std::array<double, 6>& block) {
+    for (size_t i = first; i < m_.cross.size(); ++i)
+      if (m_.cross[i].pose == pose) {
+        for (int k = 0; k < 6; ++k) m_.cross[i].block[k] += block[k];
+        return;
+      }
+    m_.cross.push_back({block, pose});
+  }
 
-  void LinearizePoints(const InverseDepthState& state, const std::vector<Cam>& cams) {
-    pairs_.Update(cams);
-    std::vector<PairBlock> blocks(pairs_.size());
+  void LinearizePoints(const InverseDepthState& state) {
+    m_.terms.resize(m_.sightings.rows());
+    m_.sums.resize(m_.sightings.pairs().size());
+    LinearizeSightings(m_.sightings.pairs(), m_.sightings.table(), problem_.huber_chi2,
+                       m_.terms.data(), m_.sums.data());
+    m_.depths.clear();
+    m_.cross.clear();
     size_t next = 0;
     for (size_t point = 0; point < problem_.points.size(); ++point) {
       const DepthPrior& p = problem_.points[point];
-      const double rho = state.inverse_depths[point];
       const bool anchor_free = p.anchor < problem_.free_poses;
-      double hessian = 1 / (p.sigma * p.sigma), gradient = (rho - p.inverse_depth) * hessian;
-      CrossBlocks cross;
+      double hessian = 1 / (p.sigma * p.sigma),
+             gradient = (state.inverse_depths[point] - p.inverse_depth) * hessian;
+      const size_t first = m_.cross.size();
       for (; next < problem_.measurements.size() &&
              problem_.measurements[next].point == static_cast<int>(point);
            ++next) {
-        const DepthMeasurement& s = problem_.measurements[next];
-        if (s.is_outlier) continue;
-        const Pair& pair = pairs_[pairs_.OfMeasurement(next)];
-        const Eigen::Vector3d x = pair.PointAt(p.ray, rho);
-        if (x.z() < kNearest) continue;
-        const double inverse_z = 1 / x.z();
-        const Eigen::Vector2d projected = x.head<2>() * inverse_z,
-                              residual = s.inverse_sigma * (projected - s.ray);
-        const double weight = LossOf(residual.squaredNorm(), problem_.huber_chi2).weight;
-        Matrix23 by_x;
-        by_x << inverse_z, 0, -projected.x() * inverse_z, 0, inverse_z, -projected.y() * inverse_z;
-        by_x *= s.inverse_sigma;
-        const Eigen::Vector2d by_rho = by_x * pair.translation;
-        hessian += weight * by_rho.squaredNorm();
-        gradient += weight * by_rho.dot(residual);
-        const bool is_free = s.pose < problem_.free_poses;
-        if (!is_free && !anchor_free) continue;
-        Matrix26 by_pose;
-        by_pose << rho * by_x, -by_x * Skew(x);
-        const Vector6 cross_of_pose = weight * by_pose.transpose() * by_rho;
-        PairBlock& block = blocks[pairs_.OfMeasurement(next)];
-        block.hessian.noalias() += (weight * by_pose).transpose() * by_pose;
-        block.gradient.noalias() += weight * by_pose.transpose() * residual;
-        if (is_free) cross.Of(s.pose) += cross_of_pose;
-        if (anchor_free) cross.Of(p.anchor) += OfAnchor(pair, cross_of_pose);
+        const DepthMeasurement& m = problem_.measurements[next];
+        if (m.is_outlier) continue;
+        const SightingTerms& terms = m_.terms[m_.sightings.RowOf(next)];
+        hessian += terms.hessian;
+        gradient += terms.gradient;
+        if (m.pose < problem_.free_poses) AddCross(first, m.pose, terms.by_image);
+        if (anchor_free) AddCross(first, p.anchor, terms.by_anchor);
       }
-      for (int i = 0; i < cross.count; ++i) system_.AddCross(cross.pose[i], cross.block[i]);
-      system_.AddLandmark(Eigen::Matrix<double, 1, 1>(hessian),
-                          Eigen::Matrix<double, 1, 1>(gradient));
-      variances_.push_back(1 / hessian);
+      m_.depths.push_back({hessian, gradient, 0, m_.cross.size()});
     }
-    for (size_t i = 0; i < blocks.size(); ++i) AddPair(pairs_[i], blocks[i]);
+    for (size_t i = 0; i < m_.sums.size(); ++i)
+      AddPair(m_.sightings.ImagesOf(i), m_.sightings.pairs()[i], m_.sums[i]);
   }
 
   // A step of the anchor moves points as the opposite step of the image does, in the frame of the
   // image: by the adjoint of the relative pose (Barfoot 2017, 7.1.4). From a derivative by the
   // step of the image, that by the step of the anchor.
-  static Vector6 OfAnchor(const Pair& pair, const Vector6& by_image) {
+  static Vector6 OfAnchor(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation,
+                          const Vector6& by_image) {
     const Eigen::Vector3d v = by_image.head<3>(), w = by_image.tail<3>();
     Vector6 by_anchor;
-    by_anchor << -(pair.rotation.transpose() * v),
-        pair.rotation.transpose() * (pair.translation.cross(v) - w);
+    by_anchor << -(rotation.transpose() * v), rotation.transpose() * (translation.cross(v) - w);
     return by_anchor;
   }
 
-  void AddPair(const Pair& pair, const PairBlock& block) {
-    const bool is_free = pair.pose < problem_.free_poses,
-               anchor_free = pair.anchor < problem_.free_poses;
+  void AddPair(const SightingsByPair::Images& of, const ImagePair& pair, PairTerms& sum) {
+    const bool is_free = of.pose < problem_.free_poses,
+               anchor_free = of.anchor < problem_.free_poses;
+    const Block6 by_image(sum.hessian.data());
+    const Eigen::Map<const Vector6> gradient(sum.gradient.data());
     if (is_free) {
-      system_.Hessian(pair.pose, pair.pose) += block.hessian;
-      system_.Gradient(pair.pose) += block.gradient;
+      Hessian(of.pose, of.pose) += by_image;
+      Gradient(of.pose) += gradient;
     }
     if (!anchor_free) return;
+    const Eigen::Matrix3d rotation = Eigen::Map<const Eigen::Matrix3d>(pair.rotation.data());
+    const Eigen::Vector3d translation = Eigen::Map<const Eigen::Vector3d>(pair.translation.data());
     Eigen::Matrix<double, 6, 6> cross, anchor;  // anchor by image, anchor by anchor
-    for (int i = 0; i < 6; ++i) cross.col(i) = OfAnchor(pair, block.hessian.col(i));
-    for (int i = 0; i < 6; ++i) anchor.col(i) = OfAnchor(pair, cross.row(i).transpose());
-    system_.Hessian(pair.anchor, pair.anchor) += anchor;
-    system_.Gradient(pair.anchor) += OfAnchor(pair, block.gradient);
+    for (int i = 0; i < 6; ++i) cross.col(i) = OfAnchor(rotation, translation, by_image.col(i));
+    for (int i = 0; i < 6; ++i)
+      anchor.col(i) = OfAnchor(rotation, translation, cross.row(i).transpose());
+    Hessian(of.anchor, of.anchor) += anchor;
+    Gradient(of.anchor) += OfAnchor(rotation, translation, gradient);
     if (!is_free) return;
-    if (pair.pose > pair.anchor)
-      system_.Hessian(pair.pose, pair.anchor) += cross.transpose();
+    if (of.pose > of.anchor)
+      Hessian(of.pose, of.anchor) += cross.transpose();
     else
-      system_.Hessian(pair.anchor, pair.pose) += cross;
+      Hessian(of.anchor, of.pose) += cross;
   }
 
   // Adds a residual of the camera centres, each of which moves by -R^T v under a step v.
@@ -265,12 +360,11 @@ class WindowEquations {
     for (int i = 0; i < N; ++i) {
       if (poses[i] >= problem_.free_poses) continue;
       const Eigen::Matrix3d by_i = -by_center[i] * cams[poses[i]].rotation.transpose();
-      system_.Gradient(poses[i]).template head<3>() += by_i.transpose() * residual;
+      Gradient(poses[i]).template head<3>() += by_i.transpose() * residual;
       for (int j = 0; j < N; ++j) {
         if (poses[j] > poses[i]) continue;  // both orders come by
         const Eigen::Matrix3d by_j = -by_center[j] * cams[poses[j]].rotation.transpose();
-        system_.Hessian(poses[i], poses[j]).template topLeftCorner<3, 3>() +=
-            by_i.transpose() * by_j;
+        Hessian(poses[i], poses[j]).template topLeftCorner<3, 3>() += by_i.transpose() * by_j;
       }
     }
   }
@@ -286,10 +380,10 @@ class WindowEquations {
         inverse_sigma * Eigen::Matrix3d::Identity()};
     for (int i = 0; i < 2; ++i) {
       if (poses[i] >= problem_.free_poses) continue;
-      system_.Gradient(poses[i]).tail<3>() += by_step[i].transpose() * error;
+      Gradient(poses[i]).tail<3>() += by_step[i].transpose() * error;
       for (int j = 0; j < 2; ++j)
         if (poses[j] <= poses[i])
-          system_.Hessian(poses[i], poses[j]).bottomRightCorner<3, 3>() +=
+          Hessian(poses[i], poses[j]).bottomRightCorner<3, 3>() +=
               by_step[i].transpose() * by_step[j];
     }
   }
@@ -316,49 +410,52 @@ class WindowEquations {
   }
 
   const InverseDepthProblem& problem_;
-  Pairs pairs_;
-  SchurSystem<1> system_;
-  std::vector<double> variances_;
+  InverseDepthSolver::Memory& m_;
 };
 
 }  // namespace
 
 double CostOf(const InverseDepthProblem& problem, const InverseDepthState& state,
               std::optional<double> outlier_chi2) {
-  Pairs pairs(problem, state.poses.size());
-  return Cost(problem, state, outlier_chi2, pairs);
+  SightingsByPair sightings;
+  sightings.Set(problem, state.poses.size(), outlier_chi2.has_value());
+  std::vector<double> costs;
+  return Cost(problem, state, outlier_chi2, sightings, costs);
 }
 
 void SearchDepths(std::span<const double> candidates, const InverseDepthProblem& problem,
                   InverseDepthState& state) {
-  Pairs pairs(problem, state.poses.size());
-  pairs.Update(CamsOf(state));
-  std::vector<double> costs(candidates.size());
+  SightingsByPair sightings;
+  sightings.Set(problem, state.poses.size(), true);
+  sightings.Update(CamsOf(state));
+  // The kernel takes four together: the last one is asked for some times more.
+  std::vector<double> padded(candidates.begin(), candidates.end());
+  padded.resize((candidates.size() + 3) / 4 * 4, candidates.back());
+  std::vector<double> costs(padded.size());
   size_t next = 0;
   for (size_t point = 0; point < problem.points.size(); ++point) {
     std::ranges::fill(costs, 0);
     for (; next < problem.measurements.size() &&
            problem.measurements[next].point == static_cast<int>(point);
-         ++next) {
-      const DepthMeasurement& s = problem.measurements[next];
-      const Pair& pair = pairs[pairs.OfMeasurement(next)];
-      for (size_t i = 0; i < candidates.size(); ++i)
-        costs[i] +=
-            LossOf(pair.Chi2(s, problem.points[point].ray, candidates[i]), problem.huber_chi2).cost;
-    }
+         ++next)
+      AddCostsOfDepths(sightings.PairOf(next), sightings.table(), sightings.RowOf(next), padded,
+                       problem.huber_chi2, costs.data());
     state.inverse_depths[point] = candidates[std::ranges::min_element(costs) - costs.begin()];
   }
 }
 
-InverseDepthReport MinimizeInverseDepths(const InverseDepthProblem& problem,
-                                         const SchurOptions& options, InverseDepthState& state,
-                                         bool with_information) {
+InverseDepthSolver::InverseDepthSolver() : memory_(std::make_unique<Memory>()) {}
+InverseDepthSolver::~InverseDepthSolver() = default;
+
+InverseDepthReport InverseDepthSolver::Minimize(const InverseDepthProblem& problem,
+                                                const SchurOptions& options,
+                                                InverseDepthState& state, bool with_information) {
   InverseDepthReport report;
   if (problem.measurements.empty() || problem.free_poses == 0) return report;
-  WindowEquations equations(problem, state.poses.size());
+  WindowEquations equations(problem, state.poses.size(), *memory_);
   report.solver = MinimizeLevenbergMarquardt(equations, options.Loop(), state);
   if (with_information) report.information = equations.Information();
-  report.variances = equations.TakeVariances();
+  report.variances = equations.Variances();
   return report;
 }
 

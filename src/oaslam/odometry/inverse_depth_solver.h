@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -97,9 +98,18 @@ struct InverseDepthReport {
 };
 
 // Levenberg-Marquardt on the Schur complement of the inverse depths. Huber's threshold is that of
-// the problem.
-InverseDepthReport MinimizeInverseDepths(const InverseDepthProblem& problem,
-                                         const SchurOptions& options, InverseDepthState& state,
-                                         bool with_information = false);
+// the problem. The memory that it needs is used again by the next call.
+class InverseDepthSolver {
+ public:
+  InverseDepthSolver();
+  ~InverseDepthSolver();
+  InverseDepthReport Minimize(const InverseDepthProblem& problem, const SchurOptions& options,
+                              InverseDepthState& state, bool with_information = false);
+
+  struct Memory;
+
+ private:
+  std::unique_ptr<Memory> memory_;
+};
 
 }  // namespace oaslam

@@ -77,7 +77,7 @@ TEST(InverseDepthSolver, FindsTheTruthOfExactMeasurements) {
   Scene scene;
   for (DepthPrior& p : scene.problem.points) p.sigma = 1e6;
   InverseDepthState state = scene.Disturbed();
-  const InverseDepthReport report = MinimizeInverseDepths(scene.problem, kThorough, state);
+  const InverseDepthReport report = InverseDepthSolver().Minimize(scene.problem, kThorough, state);
   EXPECT_TRUE(report.solver.success);
   EXPECT_LT(report.solver.cost, 1e-6);
   EXPECT_LT(scene.WorstCenter(state), 1e-5);
@@ -97,7 +97,7 @@ TEST(InverseDepthSolver, EndsAtAMinimumWithAllPriors) {
     scene.problem.rotations.push_back({first, second, {turn.rotation * wrong, 1e-4}});
   }
   InverseDepthState state = scene.Disturbed();
-  MinimizeInverseDepths(scene.problem, kThorough, state);
+  InverseDepthSolver().Minimize(scene.problem, kThorough, state);
   const double best = CostOf(scene.problem, state);
   constexpr double kStep = 1e-4;
   for (int k = 0; k < scene.problem.free_poses; ++k)
@@ -123,14 +123,15 @@ TEST(InverseDepthSolver, ARotationPriorIsEnoughForARotation) {
   const Rigid3 turn = scene.truth.poses[3] * scene.truth.poses[2].Inverse();
   scene.problem.rotations = {{2, 3, {turn.rotation, 1e-6}}};
   InverseDepthState state = scene.Disturbed();
-  MinimizeInverseDepths(scene.problem, kThorough, state);
+  InverseDepthSolver().Minimize(scene.problem, kThorough, state);
   EXPECT_LT(state.poses[3].rotation.angularDistance(scene.truth.poses[3].rotation), 1e-3);
 }
 
 TEST(InverseDepthSolver, PosesFollowTheirCovariance) {
   Scene scene(0.7);
   InverseDepthState state = scene.truth;
-  const InverseDepthReport report = MinimizeInverseDepths(scene.problem, kThorough, state, true);
+  const InverseDepthReport report =
+      InverseDepthSolver().Minimize(scene.problem, kThorough, state, true);
   const Eigen::MatrixXd covariance = report.information.inverse();
   double nees = 0;  // normalised estimation error squared: 6 for each pose
   Eigen::VectorXd error(6 * scene.problem.free_poses);
@@ -161,7 +162,7 @@ TEST(InverseDepthSolver, PointsAtInfinityHoldTheRotation) {
                               {1, 2, 3, 0.1, 0.1, 1}};
   InverseDepthState state = scene.Disturbed();
   for (double& d : state.inverse_depths) d = 0;
-  EXPECT_TRUE(MinimizeInverseDepths(scene.problem, kThorough, state).solver.success);
+  EXPECT_TRUE(InverseDepthSolver().Minimize(scene.problem, kThorough, state).solver.success);
   for (int k = 0; k < scene.problem.free_poses; ++k)
     EXPECT_LT(state.poses[k].rotation.angularDistance(scene.truth.poses[k].rotation), 1e-4);
 }
@@ -175,7 +176,7 @@ TEST(InverseDepthSolver, OutliersCountOnlyWhereAsked) {
   const double without = CostOf(scene.problem, state);
   EXPECT_NEAR(CostOf(scene.problem, state, 16.0) - without,
               LossOf(16.0, scene.problem.huber_chi2).cost, 1e-9);
-  MinimizeInverseDepths(scene.problem, kThorough, state);
+  InverseDepthSolver().Minimize(scene.problem, kThorough, state);
   EXPECT_LT(scene.WorstCenter(state), 0.02);  // the priors of the depths move it
 }
 
@@ -197,7 +198,7 @@ TEST(InverseDepthSolver, SearchFindsTheNearestCandidate) {
 TEST(InverseDepthSolver, NothingToSolveIsNoSuccess) {
   InverseDepthProblem problem;
   InverseDepthState state;
-  EXPECT_FALSE(MinimizeInverseDepths(problem, {}, state).solver.success);
+  EXPECT_FALSE(InverseDepthSolver().Minimize(problem, {}, state).solver.success);
 }
 
 }  // namespace

@@ -332,7 +332,7 @@ void Odometry::OptimizeWindow(std::span<const Rigid3> starts) {
   for (const Rigid3& start : starts) {
     InverseDepthState state = made.StateOf(window_);
     state.poses[newest] = start;
-    InverseDepthReport report = MinimizeInverseDepths(made.problem, options, state, true);
+    InverseDepthReport report = solver_.Minimize(made.problem, options, state, true);
     if (&start != &starts.front() && !(report.solver.cost < best.solver.cost)) continue;
     best = std::move(report);
     best_state = std::move(state);

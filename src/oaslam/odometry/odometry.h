@@ -123,6 +123,7 @@ class Odometry {
   bool is_uncertain_ = false;
   PoseCovariance covariance_ = PoseCovariance::Zero();
   Window window_;
+  InverseDepthSolver solver_;
   bool is_beginning_ = true;
   std::optional<Window> leader_;  // of the beginning: with the motion that explains it best
   Rigid3 preliminary_;            // the pose of the newest image by it

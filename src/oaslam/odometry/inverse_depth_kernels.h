@@ -1,0 +1,80 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace oaslam {
+
+// The inner loops of the solver of a window (odometry/inverse_depth_solver), compiled for each
+// instruction set and chosen at run time (Highway). All of them take four doubles at a time and add
+// up in the same order, so that all give the same bits.
+
+// The sightings of one image of the points of one anchor: rows of a SightingTable.
+struct ImagePair {
+  std::array<double, 9> rotation{};  // image_from_anchor, by columns
+  std::array<double, 3> translation{};
+  size_t begin = 0, end = 0;  // their difference is a multiple of four
+};
+
+// Sightings by pairs of images, and within a pair by point. A row that only fills up the rows of a
+// pair has an inverse sigma of 0 and counts nothing.
+struct SightingTable {
+  std::vector<double> anchor_x, anchor_y;  // ray of the point in its anchor, z = 1
+  std::vector<double> seen_x, seen_y;      // in the image
+  std::vector<double> inverse_sigma;
+  std::vector<double> inverse_depth;  // of the point
+
+  void Resize(size_t rows);
+};
+
+// The robust cost of each row; as in SchurOptions, `huber_chi2` is the threshold of Huber's loss.
+void CostsOfSightings(std::span<const ImagePair> pairs, const SightingTable& table,
+                      double huber_chi2, double* costs);
+
+// What a sighting adds to the normal equations where its point takes part.
+struct SightingTerms {
+  double hessian, gradient;  // of the inverse depth
+  // Of a step of the image's pose and of the anchor's by the inverse depth.
+  std::array<double, 6> by_image, by_anchor;
+  std::array<double, 2> unused;
+};
+
+// The sums over the sightings of a pair, by a step of the image's pose.
+struct PairTerms {
+  std::array<double, 36> hessian;
+  std::array<double, 6> gradient;
+};
+
+// `terms` has as many elements as the table has rows, `sums` as many as there are pairs.
+void LinearizeSightings(std::span<const ImagePair> pairs, const SightingTable& table,
+                        double huber_chi2, SightingTerms* terms, PairTerms* sums);
+
+// The block of a pose and an inverse depth in the normal equations.
+struct DepthCross {
+  std::array<double, 6> block;
+  int pose;
+};
+
+// Blocks of 6 x 6 of the lower half of a symmetric matrix, each by columns.
+class PoseBlocks {
+ public:
+  void Resize(int poses) { blocks_.resize(36 * static_cast<size_t>(poses * (poses + 1) / 2)); }
+  // row >= column
+  double* At(int row, int column) { return blocks_.data() + 36 * (row * (row + 1) / 2 + column); }
+  void Clear() { blocks_.assign(blocks_.size(), 0); }
+
+ private:
+  std::vector<double> blocks_;
+};
+
+// Subtracts what a point with this inverse information takes from the equations of the poses.
+void EliminateDepth(std::span<const DepthCross> cross, double inverse, PoseBlocks& system);
+
+// The robust cost of one sighting with each of the inverse depths, added to `costs`. Their number
+// is a multiple of four.
+void AddCostsOfDepths(const ImagePair& pair, const SightingTable& table, size_t row,
+                      std::span<const double> inverse_depths, double huber_chi2, double* costs);
+
+}  // namespace oaslam
