@@ -39,6 +39,10 @@ struct MinimizationReport {
   bool success = false;
   int iterations = 0;
   double cost = 0;  // of the state at the end
+  // Ended because no step lowers the cost by more. Else a call that begins with this damping goes
+  // on as if there had been more iterations.
+  bool is_settled = false;
+  double damping = 0;
 };
 
 // Minimises by Levenberg-Marquardt. A Problem has Cost(state); Linearize(state), called at the
@@ -51,9 +55,9 @@ MinimizationReport MinimizeLevenbergMarquardt(Problem& problem,
   // Damping by a million times the diagonal is a step of nothing: there is no better state nearby.
   constexpr double kMaxDamping = 1e6;
   MinimizationReport report;
-  double& cost = report.cost;
+  double &cost = report.cost, &damping = report.damping;
   cost = problem.Cost(state);
-  double damping = options.damping;
+  damping = options.damping;
   bool is_new = true, was_solved = false;
   while (report.iterations < options.max_iterations && damping < kMaxDamping) {
     if (options.stop.stop_requested()) return report;
@@ -73,8 +77,10 @@ MinimizationReport MinimizeLevenbergMarquardt(Problem& problem,
     damping = std::max(damping / options.lower, options.least);
     const bool is_done = decrease < options.tolerance * cost;
     cost = new_cost;
+    report.is_settled = is_done;
     if (is_done) break;
   }
+  report.is_settled = report.is_settled || damping >= kMaxDamping;
   report.success = was_solved && std::isfinite(cost);
   return report;
 }
