@@ -1,7 +1,8 @@
 // odometry_estimates VIDEO CAMERA SAMPLES FOLDER: what the odometry tells of each image of a video,
 // through the interface that the module for browsers has (wasm/odometry_js.h). Writes to FOLDER the
 // grey images (images), their time stamps (times) and, for each, the estimate and its points
-// (estimates), all as this processor keeps them. SAMPLES: of a gyroscope, four doubles each.
+// (estimates), all as this processor keeps them; and the ORB key points of each fiftieth (features).
+// SAMPLES: of a gyroscope, four doubles each.
 
 #include <fmt/format.h>
 
@@ -45,7 +46,8 @@ int main(int argc, char** argv) {
   const std::vector<Sample> samples = ReadSamples(argv[3]);
   const std::filesystem::path folder = argv[4];
   std::ofstream images(folder / "images", std::ios::binary),
-      times(folder / "times", std::ios::binary), estimates(folder / "estimates", std::ios::binary);
+      times(folder / "times", std::ios::binary), estimates(folder / "estimates", std::ios::binary),
+      features(folder / "features", std::ios::binary);
   std::vector<double> ms;
   const auto source = oaslam::OpenImages(argv[1], {});
   auto sample = samples.begin();
@@ -73,6 +75,11 @@ int main(int argc, char** argv) {
     Write(times, &time_s, sizeof(time_s));
     Write(estimates, estimate, sizeof(*estimate));
     Write(estimates, oaslam_odometry_points(odometry), 12 * static_cast<size_t>(estimate->points));
+    if (ms.size() % 50 != 1) continue;
+    const int keypoints = oaslam_odometry_features(odometry, 1000);
+    constexpr size_t kBytes = 45;  // of a key point: x, y, angle, octave and descriptor
+    Write(features, &keypoints, sizeof(keypoints));
+    Write(features, oaslam_odometry_feature_bytes(odometry), kBytes * keypoints);
   }
   oaslam_odometry_delete(odometry);
   std::ranges::sort(ms);

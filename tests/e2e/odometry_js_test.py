@@ -55,6 +55,11 @@ class TestModule(InFolder):
             assert abs(t - t_native) < 1e-6 and math.dist(p, p_native) < 2e-6
             assert min(math.dist(q, q_native), math.dist(q, [-x for x in q_native])) < 2e-6
 
+    def test_key_points(self):
+        features = self.result["features"]
+        assert features["images"] == 9 and features["count"] > 5000
+        assert features["different"] == 0 and features["angle"] < 1e-6, features
+
     def test_a_gyroscope(self):
         imu = self.path("imu.csv")
         subprocess.run([sys.executable, os.path.join(SOURCE, "tools", "simulated_gyroscope"), groundtruth("map_front"), imu, "--offset", "0.03"], check=True)

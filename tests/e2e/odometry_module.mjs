@@ -64,6 +64,23 @@ function compare(native, estimate) {
   }
 }
 
+// Of the key points: how many there are, how many images differ in their places, octaves or descriptors, and the largest difference of an angle.
+const features = { images: 0, count: 0, different: 0, angle: 0 };
+const native = bytesOf(join(folder, "features"));
+let readFeatures = 0;
+function compareFeatures({ count, bytes }) {
+  const [asked] = new Int32Array(native.slice(readFeatures, (readFeatures += 4)).buffer);
+  const of = native.slice(readFeatures, (readFeatures += 45 * asked)), ours = bytes.slice();
+  ++features.images;
+  features.count += asked;
+  if (count !== asked) return void ++features.different;
+  const angles = 8 * count, octaves = 12 * count; // where they begin
+  const same = (from, to) => Buffer.from(of.buffer, from, to - from).equals(Buffer.from(ours.buffer, from, to - from));
+  if (!same(0, angles) || !same(octaves, 45 * count)) ++features.different;
+  const [a, b] = [of, ours].map((all) => new Float32Array(all.slice(angles, octaves).buffer));
+  for (let i = 0; i < count; ++i) features.angle = Math.max(features.angle, Math.abs(a[i] - b[i]));
+}
+
 const samples = doublesOf(samplesFile);
 const images = openSync(join(folder, "images"));
 const grey = new Uint8Array(camera.width * camera.height);
@@ -78,7 +95,7 @@ for (const time of doublesOf(join(folder, "times"))) {
   const estimate = odometry.process(grey, time, given);
   ms.push(performance.now() - start);
   compare(nextNative(), estimate);
-  ++result.images;
+  if (result.images++ % 50 === 0) compareFeatures(odometry.features(1000));
   if (!estimate.camFromOdom) continue;
   const [x, y, z, w] = estimate.camFromOdom.rotation;
   trajectory.push([time, ...center(estimate.camFromOdom), -x, -y, -z, w].join(" ") + "\n");
@@ -87,4 +104,4 @@ odometry.delete();
 writeFileSync(join(folder, "trajectory.txt"), trajectory.join(""));
 ms.sort((a, b) => a - b);
 result.ms = { median: ms[Math.floor(ms.length / 2)], most_of_99_percent: ms[Math.floor(ms.length * 0.99)] };
-console.log(JSON.stringify(result));
+console.log(JSON.stringify({ ...result, features }));
