@@ -78,6 +78,7 @@ static void check_errors(const oaslam_camera* camera) {
   CHECK(oaslam_slam_process(slam, &image, &result) == OASLAM_OK);
   CHECK(result.frame == 0 && oaslam_pose_in(&result, result.world + 1, NULL) == 0);
   CHECK(oaslam_slam_set_metres_per_unit(slam, 2) == OASLAM_INPUT_ERROR);
+  CHECK(oaslam_slam_set_scale(slam, NULL) == OASLAM_INPUT_ERROR);
   CHECK(oaslam_slam_remove_anchor(slam, "none") == OASLAM_REFUSED);
   CHECK(strstr(oaslam_error(), "no anchor"));
   oaslam_slam_destroy(slam);
@@ -100,6 +101,7 @@ static void place_anchor(oaslam_slam* slam, const oaslam_pose* pose) {
 }
 
 static void check_map(const oaslam_map* map, const oaslam_pose* pose) {
+  oaslam_scale_estimate scale;
   size_t anchors = 0, landmarks = 0, keyframes = 0;
   const oaslam_anchor* anchor = oaslam_map_anchors(map, &anchors);
   const oaslam_landmark* landmark = oaslam_map_landmarks(map, &landmarks);
@@ -108,7 +110,10 @@ static void check_map(const oaslam_map* map, const oaslam_pose* pose) {
   CHECK(landmarks > 200 && landmark[0].id < landmark[1].id && landmark->observations > 1);
   CHECK(oaslam_map_keyframes(map, &keyframes) && keyframes > 3);
   CHECK(oaslam_map_landmarks(map, NULL) == landmark);
-  CHECK(!oaslam_map_is_metric(map));
+  CHECK(!oaslam_map_is_metric(map) && oaslam_map_unit_sigma(map) == 0);
+  /* Without boxes there are no objects. */
+  CHECK(oaslam_map_estimate_scale(map, &scale) == OASLAM_REFUSED);
+  CHECK(strlen(oaslam_error()) > 0);
 }
 
 static void find_image(const char* path, const oaslam_camera* camera, const oaslam_pose* expected) {

@@ -28,7 +28,7 @@ typedef enum {
   OASLAM_OK = 0,
   OASLAM_INPUT_ERROR = 1,   /* an argument, image or file cannot be used */
   OASLAM_MAPPING_ERROR = 2, /* mapping has ended; the map can still be saved */
-  OASLAM_REFUSED = 3,       /* an anchor cannot be placed or changed so */
+  OASLAM_REFUSED = 3,       /* an anchor cannot be placed or changed so, or a scale is not known */
   OASLAM_OTHER_ERROR = 4    /* e.g. memory ran out */
 } oaslam_status;
 
@@ -144,6 +144,13 @@ typedef struct {
  * Content is drawn with the pose in the world that it was made in. */
 OASLAM_API int32_t oaslam_pose_in(const oaslam_result* result, uint32_t world, oaslam_pose* pose);
 
+/* How long the unit of a map is. */
+typedef struct {
+  double metres_per_unit;
+  double relative_sigma;    /* standard deviation of metres_per_unit, divided by it */
+  int32_t objects, classes; /* that agree with it */
+} oaslam_scale_estimate;
+
 /* `settings`: a configuration file that is read on top of `config`, or NULL. */
 OASLAM_API oaslam_status oaslam_slam_create(oaslam_config config, const char* settings,
                                             const oaslam_camera* camera, oaslam_slam** slam);
@@ -154,6 +161,9 @@ OASLAM_API oaslam_status oaslam_slam_finish(oaslam_slam* slam);
 OASLAM_API oaslam_status oaslam_slam_reset(oaslam_slam* slam);
 OASLAM_API oaslam_status oaslam_slam_set_mapping(oaslam_slam* slam, int32_t is_on);
 OASLAM_API oaslam_status oaslam_slam_set_metres_per_unit(oaslam_slam* slam, double metres);
+/* The same by oaslam_map_estimate_scale, of which the map keeps how sure it is. */
+OASLAM_API oaslam_status oaslam_slam_set_scale(oaslam_slam* slam,
+                                               const oaslam_scale_estimate* estimate);
 OASLAM_API oaslam_status oaslam_slam_save(const oaslam_slam* slam, const char* path);
 OASLAM_API oaslam_status oaslam_slam_load(oaslam_slam* slam, const char* path);
 
@@ -227,6 +237,13 @@ OASLAM_API oaslam_status oaslam_map_save(const oaslam_map* map, const char* path
 /* The world of its coordinates. */
 OASLAM_API uint32_t oaslam_map_world(const oaslam_map* map);
 OASLAM_API int32_t oaslam_map_is_metric(const oaslam_map* map);
+/* Where the metre follows from the usual sizes of objects: its standard deviation, divided by it;
+ * else 0. */
+OASLAM_API double oaslam_map_unit_sigma(const oaslam_map* map);
+/* The length of the unit by the usual sizes of the objects (oaslam::ScaleEstimate). OASLAM_REFUSED
+ * where it is not to be believed. */
+OASLAM_API oaslam_status oaslam_map_estimate_scale(const oaslam_map* map,
+                                                   oaslam_scale_estimate* estimate);
 /* All elements of a kind, in the order of their ids or names; `count` tells how many. Made with the
  * first call. NULL where there are none. */
 OASLAM_API const oaslam_object* oaslam_map_objects(const oaslam_map* map, size_t* count);

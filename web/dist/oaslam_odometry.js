@@ -1,5 +1,5 @@
 /*
-sources 950650b4a326cd090dcaed36d18855565dec8ba32f696fb1dbb9286b3f5f7c86
+sources a6f4ac89afe11971ffb866a14480a4003c2fcf81823edbf14065723628e5d31c
 
 OA-SLAM's visual odometry: Apache-2.0.
 */

@@ -52,6 +52,7 @@ class Map(StoredMap):
     bounds: Any  # two corners of the box around the landmarks, or None
     up: Any  # unit vector, or None
     is_metric: bool
+    unit_sigma: float  # of the metre by the sizes of objects, divided by it; 0 where the metre was given or there is none
 
 
 class ResultBase(TypedDict):

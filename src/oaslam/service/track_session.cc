@@ -6,6 +6,7 @@
 #include "oaslam/formats/json_text.h"
 #include "oaslam/service/received_features.h"
 #include "oaslam/service/received_image.h"
+#include "oaslam/service/stream_lens.h"
 #include "oaslam/service/stream_session.h"
 #include "oaslam/slam.h"
 #include "oaslam/util/bad_input.h"
@@ -27,8 +28,8 @@ class Tracking : public StreamWork {
  private:
   StreamStep Enter(const char* type);
   StreamStep Told(const AnchorOutcome& outcome);
-  // The camera of the image: the given one, else the last one, else one that is estimated from the
-  // map. Nothing where that fails.
+  // The camera of the image: the given one, else the last one that was given, else one that is
+  // estimated from the map. Nothing where that fails.
   std::optional<Camera> CameraOf(const ImageRequest& request, const ImageInput& input);
 
   const std::shared_ptr<ServiceState> state_;
@@ -38,6 +39,8 @@ class Tracking : public StreamWork {
   int64_t anchors_version_ = 0;  // that the client has
   std::unique_ptr<Slam> slam_;   // of camera_; null: none yet
   std::optional<Camera> camera_;
+  bool is_given_ = false;  // camera_
+  StreamLens lens_;        // where it is not
   bool is_lost_ = true;
 };
 
@@ -113,9 +116,17 @@ StreamStep Tracking::Command(const nlohmann::json& message) {
 
 std::optional<Camera> Tracking::CameraOf(const ImageRequest& request, const ImageInput& input) {
   if (request.features) return request.camera.camera;
-  if (const auto camera = CameraFor(request.camera, input.image.size())) return camera;
-  if (camera_ && cv::Size(camera_->width, camera_->height) == input.image.size()) return camera_;
-  return map_->localizer.Relocalize(input).camera;
+  const auto given = CameraFor(request.camera, input.image.size());
+  const auto fits = [&](const std::optional<Camera>& camera) {
+    return camera && cv::Size(camera->width, camera->height) == input.image.size();
+  };
+  is_given_ = given || (is_given_ && fits(camera_));
+  if (given) return given;
+  if (is_given_) return camera_;
+  if (lens_.camera() && !fits(lens_.camera())) lens_ = {};
+  if (lens_.IsOpen(input.timestamp))
+    lens_.Add(input.timestamp, map_->localizer.Relocalize(input).camera);
+  return lens_.camera();
 }
 
 StreamStep Tracking::Image(const ImageRequest& request, const nlohmann::json& header, int dropped) {

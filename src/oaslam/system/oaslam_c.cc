@@ -339,6 +339,20 @@ oaslam_status oaslam_slam_set_metres_per_unit(oaslam_slam* slam, double metres) 
   });
 }
 
+oaslam_status oaslam_slam_set_scale(oaslam_slam* slam, const oaslam_scale_estimate* estimate) {
+  return Guarded([&] {
+    ExpectNoNull(slam, estimate);
+    ScaleEstimate scale;
+    scale.success = true;
+    scale.metres_per_unit = estimate->metres_per_unit;
+    scale.relative_sigma = estimate->relative_sigma;
+    scale.objects = estimate->objects;
+    scale.classes = estimate->classes;
+    slam->slam.SetMetresPerUnit(scale);
+    return OASLAM_OK;
+  });
+}
+
 oaslam_status oaslam_slam_save(const oaslam_slam* slam, const char* path) {
   return Guarded([&] {
     ExpectNoNull(slam, path);
@@ -424,6 +438,18 @@ oaslam_status oaslam_map_save(const oaslam_map* map, const char* path) {
 uint32_t oaslam_map_world(const oaslam_map* map) { return map ? map->map.world().value : 0; }
 
 int32_t oaslam_map_is_metric(const oaslam_map* map) { return map && map->map.is_metric(); }
+
+double oaslam_map_unit_sigma(const oaslam_map* map) { return map ? map->map.unit_sigma() : 0; }
+
+oaslam_status oaslam_map_estimate_scale(const oaslam_map* map, oaslam_scale_estimate* estimate) {
+  return Guarded([&] {
+    ExpectNoNull(map, estimate);
+    const ScaleEstimate scale = map->map.EstimateScale();
+    if (!scale.success) return Failed(OASLAM_REFUSED, scale.why_not.c_str());
+    *estimate = {scale.metres_per_unit, scale.relative_sigma, scale.objects, scale.classes};
+    return OASLAM_OK;
+  });
+}
 
 const oaslam_object* oaslam_map_objects(const oaslam_map* map, size_t* count) {
   return Array(map, &oaslam_map::has_objects, &oaslam_map::objects, count, [](oaslam_map& m) {

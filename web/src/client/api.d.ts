@@ -105,6 +105,7 @@ export interface Map {
   bounds: [Vector, Vector] | null;
   up: Vector | null;
   is_metric: boolean;
+  unit_sigma: number;
 }
 
 export interface Ellipsoid {

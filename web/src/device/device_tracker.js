@@ -49,6 +49,7 @@ export class DeviceTracker extends EventTarget {
   isPaused = false; // nothing is sent
 
   /** @type {OdometryWorker | null} */ #odometry = null;
+  #isLensAsked = false; // of the service
   /** @type {Lens | null} */ #begun = null; // the lens of the odometry
   /** @type {Promise<void> | null} */ #beginning = null;
   #runs = 0; // of the odometries before this one
@@ -71,7 +72,8 @@ export class DeviceTracker extends EventTarget {
   constructor({ service = null, share = "images", camera = null, wasm, worker }) {
     super();
     this.share = share;
-    this.given = camera;
+    this.given = camera; // for images of any size
+    this.#isLensAsked = !camera;
     this.wasm = wasm;
     this.worker = worker;
     if (service) this.#connect(service);
@@ -94,6 +96,7 @@ export class DeviceTracker extends EventTarget {
   setCamera(camera) {
     this.given = camera;
     this.camera = null;
+    this.#isLensAsked = !camera;
   }
 
   /**
@@ -133,6 +136,7 @@ export class DeviceTracker extends EventTarget {
     const isSameShape = given && Math.abs((given.width * height) / (given.height * width) - 1) < 0.01;
     const isAsked = this.stream && this.share === "images";
     this.camera = isSameShape ? scaledCamera(/** @type {Lens} */ (given), width, height) : isAsked ? null : guessedCamera(width, height);
+    if (!this.camera) this.#isLensAsked = true;
   }
 
   // What the odometry tells of the image; null where there is none yet.
@@ -215,7 +219,7 @@ export class DeviceTracker extends EventTarget {
     for (const old of this.#sent.keys()) if (old < id - FORGOTTEN) this.#sent.delete(old);
     /** @type {ImageHeader} */
     const header = {
-      id, time, camera: this.camera ?? "auto",
+      id, time, camera: this.#isLensAsked && !sharesFeatures ? "auto" : /** @type {Lens} */ (this.camera),
       ...(estimate && { motion }), ...(gravity && { gravity }), ...(gyroscope.length > 0 && !estimate && { angular_velocity: gyroscope }),
     };
     const encoded = sharesFeatures
@@ -255,9 +259,9 @@ export class DeviceTracker extends EventTarget {
     this.place.take(message, sighting, this.last?.time ?? 0);
   }
 
-  // Only a lens that was not known is taken over, if the image has not been turned since.
+  // A lens that was asked for becomes better with the first answers. Not if the image has been turned since.
   #takeCamera(camera) {
-    if (this.camera || camera.width !== this.#size.width || camera.height !== this.#size.height) return;
+    if (!this.#isLensAsked || camera.width !== this.#size.width || camera.height !== this.#size.height || this.camera?.fx === camera.fx) return;
     this.camera = this.given = camera;
     this.#tell("camera", camera);
   }
