@@ -1,5 +1,5 @@
 /*
-sources a6f4ac89afe11971ffb866a14480a4003c2fcf81823edbf14065723628e5d31c
+sources 8507f969c135353cb761531984ac7afb7b8c656d3bc55e5e7cef840df17dc40f
 
 OA-SLAM's visual odometry: Apache-2.0.
 */

@@ -297,8 +297,7 @@ double WayOf(const Given& given, const WindowOptions& options) {
 
 // The starts, each improved as long as it may still be among the best, by their cost.
 std::vector<Solution> SolutionsOf(Beginner& beginner, std::span<const BeginningMotion> starts) {
-  // Where a start is after four iterations tells whether it gets anywhere: of 143 comparisons in 13
-  // films two have another best solution than with all starts improved to the end.
+  // Where a start is after four iterations tells whether it gets anywhere (docs/lab/odometry.md).
   constexpr int kFirst = 4, kIterations = 12;
   constexpr size_t kLeast = 10;
   constexpr double kMostCost = 4;  // times that of the best

@@ -12,6 +12,7 @@
 #include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/odometry/inverse_depth_kernels.h"
+#include "oaslam/odometry/sightings_by_pair.h"
 
 namespace oaslam {
 namespace {
@@ -44,98 +45,11 @@ Eigen::Vector3d RotationError(const RotationPrior& r, const std::vector<Cam>& ca
   return off.angle() / std::sqrt(r.turn.variance) * off.axis();
 }
 
-// The measurements of a problem in the order of the kernels: by pairs of images, of which there are
-// far fewer.
-class SightingsByPair {
- public:
-  // `with_outliers`: measurements that are outliers count like the others. The problem must outlive
-  // this object, or the next call.
-  void Set(const InverseDepthProblem& problem, size_t poses, bool with_outliers) {
-    problem_ = &problem;
-    FindPairs(poses);
-    std::vector<size_t> next;
-    for (const ImagePair& pair : pairs_) next.push_back(pair.begin);
-    table_.Resize(pairs_.empty() ? 0 : pairs_.back().end);
-    std::ranges::fill(table_.inverse_sigma, 0);
-    row_of_.clear();
-    for (size_t i = 0; i < problem.measurements.size(); ++i) {
-      const DepthMeasurement& m = problem.measurements[i];
-      const size_t row = next[pair_of_[i]]++;
-      row_of_.push_back(row);
-      const Eigen::Vector2d& ray = problem.points[m.point].ray;
-      table_.anchor_x[row] = ray.x();
-      table_.anchor_y[row] = ray.y();
-      table_.seen_x[row] = m.ray.x();
-      table_.seen_y[row] = m.ray.y();
-      if (!m.is_outlier || with_outliers) table_.inverse_sigma[row] = m.inverse_sigma;
-    }
-  }
-
-  struct Images {
-    int pose, anchor;
-  };
-
-  void Update(const std::vector<Cam>& cams) {
-    for (size_t i = 0; i < pairs_.size(); ++i) {
-      const Cam &image = cams[images_[i].pose], &anchor = cams[images_[i].anchor];
-      Eigen::Map<Eigen::Matrix3d> rotation(pairs_[i].rotation.data());
-      rotation = image.rotation * anchor.rotation.transpose();
-      Eigen::Map<Eigen::Vector3d>(pairs_[i].translation.data()) =
-          image.translation - rotation * anchor.translation;
-    }
-  }
-  void Update(const std::vector<double>& inverse_depths) {
-    for (size_t i = 0; i < row_of_.size(); ++i)
-      table_.inverse_depth[row_of_[i]] = inverse_depths[problem_->measurements[i].point];
-  }
-
-  std::span<const ImagePair> pairs() const { return pairs_; }
-  const Images& ImagesOf(size_t pair) const { return images_[pair]; }
-  const SightingTable& table() const { return table_; }
-  size_t rows() const { return table_.inverse_sigma.size(); }
-  size_t RowOf(size_t measurement) const { return row_of_[measurement]; }
-  const ImagePair& PairOf(size_t measurement) const { return pairs_[pair_of_[measurement]]; }
-
- private:
-  // In the order in which the measurements name them; each with room for its own.
-  void FindPairs(size_t poses) {
-    pairs_.clear();
-    images_.clear();
-    pair_of_.clear();
-    std::vector<int> index(poses * poses, -1);
-    for (const DepthMeasurement& m : problem_->measurements) {
-      const int anchor = problem_->points[m.point].anchor;
-      int& i = index[m.pose * poses + anchor];
-      if (i < 0) {
-        i = static_cast<int>(pairs_.size());
-        pairs_.emplace_back();
-        images_.push_back({m.pose, anchor});
-      }
-      pair_of_.push_back(i);
-      ++pairs_[i].end;
-    }
-    size_t rows = 0;
-    for (ImagePair& pair : pairs_) {
-      constexpr size_t kTogether = 4;
-      pair.begin = rows;
-      rows += (pair.end + kTogether - 1) / kTogether * kTogether;
-      pair.end = rows;
-    }
-  }
-
-  const InverseDepthProblem* problem_ = nullptr;
-  std::vector<ImagePair> pairs_;
-  std::vector<Images> images_;  // of each pair
-  SightingTable table_;
-  std::vector<size_t> pair_of_, row_of_;  // of each measurement
-};
-
 double Cost(const InverseDepthProblem& problem, const InverseDepthState& state,
             std::optional<double> outlier_chi2, SightingsByPair& sightings,
             std::vector<double>& costs) {
   const std::vector<Cam> cams = CamsOf(state);
-  sightings.Update(cams);
-  sightings.Update(state.inverse_depths);
+  sightings.Update(state);
   costs.resize(sightings.rows());
   CostsOfSightings(sightings.pairs(), sightings.table(), problem.huber_chi2, costs.data());
   const double most = outlier_chi2 ? LossOf(*outlier_chi2, problem.huber_chi2).cost
@@ -262,7 +176,7 @@ class WindowEquations {
     for (auto& d : m_.depths) {
       const double damped = d.hessian * (1 + damping);
       d.inverse = 1 / (damped + kRidge * (1 + damped));
-      const std::span cross(&m_.cross[first], d.cross_end - first);
+      const auto cross = std::span(m_.cross).subspan(first, d.cross_end - first);
       for (const DepthCross& c : cross)
         m_.right.segment<6>(6 * c.pose) += Block(c) * d.inverse * d.gradient;
       EliminateDepth(cross, d.inverse, blocks);
@@ -427,7 +341,7 @@ void SearchDepths(std::span<const double> candidates, const InverseDepthProblem&
                   InverseDepthState& state) {
   SightingsByPair sightings;
   sightings.Set(problem, state.poses.size(), true);
-  sightings.Update(CamsOf(state));
+  sightings.Update(state);
   // The kernel takes four together: the last one is asked for some times more.
   std::vector<double> padded(candidates.begin(), candidates.end());
   padded.resize((candidates.size() + 3) / 4 * 4, candidates.back());

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
+#include "instruction_sets.h"
 #include "oaslam/estimation/huber.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/util/rng.h"
@@ -200,6 +202,32 @@ TEST(InverseDepthSolver, NothingToSolveIsNoSuccess) {
   InverseDepthState state;
   EXPECT_FALSE(InverseDepthSolver().Minimize(problem, {}, state).solver.success);
 }
+
+class InverseDepthKernelsTest : public EveryInstructionSet {};
+
+// The scene has points behind an image, outliers, and pairs of images whose sightings do not fill
+// the last vector.
+TEST_P(InverseDepthKernelsTest, GiveTheSameBits) {
+  const auto minimized = [] {
+    Scene scene(1);
+    for (size_t i = 0; i < scene.problem.measurements.size(); i += 7)
+      scene.problem.measurements[i].is_outlier = true;
+    InverseDepthState state = scene.Disturbed();
+    state.inverse_depths[5] = 40;
+    SearchDepths(std::array{0.1, 0.5, 1.0, 2.0, 5.0}, scene.problem, state);
+    state.inverse_depths[5] = 40;
+    InverseDepthReport report = InverseDepthSolver().Minimize(scene.problem, {}, state, true);
+    report.variances.insert(report.variances.end(), state.inverse_depths.begin(),
+                            state.inverse_depths.end());
+    report.variances.push_back(CostOf(scene.problem, state, 9.0));
+    return report.variances;
+  };
+  const std::vector<double> here = minimized();
+  TearDown();  // the one that a program takes
+  EXPECT_EQ(here, minimized());
+}
+INSTANTIATE_TEST_SUITE_P(InstructionSets, InverseDepthKernelsTest,
+                         testing::ValuesIn(InstructionSets()), NameOfInstructionSet);
 
 }  // namespace
 }  // namespace oaslam

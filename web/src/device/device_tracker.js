@@ -84,9 +84,15 @@ export class DeviceTracker extends EventTarget {
     this.stream = new Stream({ url: address, protocols: token ? ["oaslam", `oaslam.token.${token}`] : ["oaslam"] });
     this.stream.addEventListener("message", (/** @type {any} */ { detail }) => this.#take(detail));
     this.stream.addEventListener("link", (/** @type {any} */ { detail }) => {
-      if (detail === "waiting") this.answer = null;
+      if (detail === "waiting") this.#lostLink();
       this.#tell("link", detail);
     });
+  }
+
+  // Another connection begins with a guess of the lens: what is known by now is better.
+  #lostLink() {
+    this.answer = null;
+    if (this.camera) this.#isLensAsked = false;
   }
 
   /** The world's direction up; null where it is not known. */
