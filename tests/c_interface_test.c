@@ -50,6 +50,7 @@ static void check_errors(const oaslam_camera* camera) {
   oaslam_result result;
   oaslam_image image = image_at(0);
   size_t count = 1;
+  oaslam_scale_estimate scale = {0, 0, 0, 0};
   memset(&none, 0, sizeof none);
   CHECK(oaslam_camera_load("nowhere.yaml", WIDTH, HEIGHT, &none) == OASLAM_INPUT_ERROR);
   CHECK(strstr(oaslam_error(), "nowhere.yaml"));
@@ -79,6 +80,9 @@ static void check_errors(const oaslam_camera* camera) {
   CHECK(result.frame == 0 && oaslam_pose_in(&result, result.world + 1, NULL) == 0);
   CHECK(oaslam_slam_set_metres_per_unit(slam, 2) == OASLAM_INPUT_ERROR);
   CHECK(oaslam_slam_set_scale(slam, NULL) == OASLAM_INPUT_ERROR);
+  scale.metres_per_unit = 2;
+  CHECK(oaslam_slam_set_scale(slam, &scale) == OASLAM_INPUT_ERROR);
+  CHECK(strstr(oaslam_error(), "by 0 objects"));
   CHECK(oaslam_slam_remove_anchor(slam, "none") == OASLAM_REFUSED);
   CHECK(strstr(oaslam_error(), "no anchor"));
   oaslam_slam_destroy(slam);

@@ -161,7 +161,7 @@ OASLAM_API oaslam_status oaslam_slam_finish(oaslam_slam* slam);
 OASLAM_API oaslam_status oaslam_slam_reset(oaslam_slam* slam);
 OASLAM_API oaslam_status oaslam_slam_set_mapping(oaslam_slam* slam, int32_t is_on);
 OASLAM_API oaslam_status oaslam_slam_set_metres_per_unit(oaslam_slam* slam, double metres);
-/* The same by oaslam_map_estimate_scale, of which the map keeps how sure it is. */
+/* The same by what oaslam_map_estimate_scale told; the map keeps how sure its unit is. */
 OASLAM_API oaslam_status oaslam_slam_set_scale(oaslam_slam* slam,
                                                const oaslam_scale_estimate* estimate);
 OASLAM_API oaslam_status oaslam_slam_save(const oaslam_slam* slam, const char* path);

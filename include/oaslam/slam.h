@@ -158,7 +158,7 @@ class OASLAM_API Slam {
   void SetMetresPerUnit(double metres);
   // The same by the usual sizes of its objects (MapSnapshot::EstimateScale of Snapshot or
   // WholeMap). The map keeps how sure its unit is. Throws InputError also where the estimate has no
-  // success.
+  // success, or is by no object.
   void SetMetresPerUnit(const ScaleEstimate& estimate);
 
   // Virtual content in the map, saved with it. A map that has some stays the one in which the

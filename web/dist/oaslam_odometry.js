@@ -1,5 +1,5 @@
 /*
-sources 8507f969c135353cb761531984ac7afb7b8c656d3bc55e5e7cef840df17dc40f
+sources 1a2e77d02d34abb4f342338f79c90538ee38d13133dd57cf9ac6eb3ce89c398b
 
 OA-SLAM's visual odometry: Apache-2.0.
 */

@@ -39,8 +39,8 @@ struct MinimizationReport {
   bool success = false;
   int iterations = 0;
   double cost = 0;  // of the state at the end
-  // Ended because no step lowers the cost by more. Else a call that begins with this damping goes
-  // on as if there had been more iterations.
+  // Ended by the tolerance, or because no step lowers the cost; not by the number of iterations or
+  // a stop. Else a call that begins with this damping goes on as if there had been more iterations.
   bool is_settled = false;
   double damping = 0;
 };

@@ -138,7 +138,7 @@ void ScaleAboutFirst(double factor, Window& window) {
 struct Solution {
   InverseDepthState state;
   double cost = std::numeric_limits<double>::infinity();
-  bool is_settled = false;                  // no iteration will change it
+  bool is_settled = false;                  // as in MinimizationReport
   double damping = SchurOptions().damping;  // with which the next one begins
   double outliers = 1;                      // share of the sightings; known of polished solutions
   BeginningMotion motion{};

@@ -246,7 +246,7 @@ HWY_EXPORT(Eliminate);
 void SightingTable::Resize(size_t rows) {
   for (std::vector<double>* column :
        {&anchor_x, &anchor_y, &seen_x, &seen_y, &inverse_sigma, &inverse_depth})
-    column->resize(rows);
+    column->assign(rows, 0);
 }
 
 void CostsOfSightings(std::span<const ImagePair> pairs, const SightingTable& table,

@@ -26,7 +26,7 @@ struct SightingTable {
   std::vector<double> inverse_sigma;
   std::vector<double> inverse_depth;  // of the point
 
-  void Resize(size_t rows);
+  void Resize(size_t rows);  // all zero
 };
 
 // The robust cost of each row; as in SchurOptions, `huber_chi2` is the threshold of Huber's loss.
@@ -40,6 +40,7 @@ struct SightingTerms {
   std::array<double, 6> by_image, by_anchor;
   std::array<double, 2> unused;
 };
+static_assert(sizeof(SightingTerms) == 16 * sizeof(double));  // which the kernel writes in a row
 
 // The sums over the sightings of a pair, by a step of the image's pose.
 struct PairTerms {
@@ -60,10 +61,10 @@ struct DepthCross {
 // Blocks of 6 x 6 of the lower half of a symmetric matrix, each by columns.
 class PoseBlocks {
  public:
-  void Resize(int poses) { blocks_.resize(36 * static_cast<size_t>(poses * (poses + 1) / 2)); }
+  // All zero.
+  void Resize(int poses) { blocks_.assign(36 * static_cast<size_t>(poses * (poses + 1) / 2), 0); }
   // row >= column
   double* At(int row, int column) { return blocks_.data() + 36 * (row * (row + 1) / 2 + column); }
-  void Clear() { blocks_.assign(blocks_.size(), 0); }
 
  private:
   std::vector<double> blocks_;

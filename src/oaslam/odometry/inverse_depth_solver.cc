@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/levenberg_marquardt.h"
@@ -104,7 +103,9 @@ class WindowEquations {
       : problem_(problem), m_(memory) {
     m_.sightings.Set(problem, poses, false);
     m_.hessian.Resize(problem.free_poses);
-    m_.gradient.resize(6 * problem.free_poses);
+    m_.gradient.setZero(6 * problem.free_poses);
+    m_.depths.clear();
+    m_.cross.clear();
   }
 
   double Cost(const InverseDepthState& state) {
@@ -113,14 +114,14 @@ class WindowEquations {
 
   // Of the state whose cost was asked for last.
   void Linearize(const InverseDepthState& state) {
-    m_.hessian.Clear();
+    m_.hessian.Resize(problem_.free_poses);
     m_.gradient.setZero();
     LinearizePoints(state);
     LinearizePriors(CamsOf(state));
   }
 
   bool Step(double damping, InverseDepthState& state) {
-    // In place: what the factor needs of the memory is there.
+    // Factorises m_.system in place. Its upper half is neither set nor read.
     const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> factor(Reduced(damping));
     if (factor.info() != Eigen::Success) return false;
     const Eigen::VectorXd step = factor.solve(m_.right);
@@ -230,9 +231,8 @@ class WindowEquations {
       AddPair(m_.sightings.ImagesOf(i), m_.sightings.pairs()[i], m_.sums[i]);
   }
 
-  // A step of the anchor moves points as the opposite step of the image does, in the frame of the
-  // image: by the adjoint of the relative pose (Barfoot 2017, 7.1.4). From a derivative by the
-  // step of the image, that by the step of the anchor.
+  // From a derivative by the step of the image, that by the step of the anchor, as in
+  // inverse_depth_kernels.
   static Vector6 OfAnchor(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation,
                           const Vector6& by_image) {
     const Eigen::Vector3d v = by_image.head<3>(), w = by_image.tail<3>();

@@ -14,6 +14,7 @@
 #include "oaslam/odometry/corners.h"
 #include "oaslam/odometry/grey_pyramid.h"
 #include "oaslam/odometry/gyroscope.h"
+#include "oaslam/odometry/inverse_depth_solver.h"
 #include "oaslam/odometry/window.h"
 #include "oaslam/util/rng.h"
 

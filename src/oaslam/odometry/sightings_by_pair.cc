@@ -11,7 +11,6 @@ void SightingsByPair::Set(const InverseDepthProblem& problem, size_t poses, bool
   std::vector<size_t> next;
   for (const ImagePair& pair : pairs_) next.push_back(pair.begin);
   table_.Resize(pairs_.empty() ? 0 : pairs_.back().end);
-  std::ranges::fill(table_.inverse_sigma, 0);
   row_of_.clear();
   for (size_t i = 0; i < problem.measurements.size(); ++i) {
     const DepthMeasurement& m = problem.measurements[i];

@@ -17,8 +17,8 @@ class SightingsByPair {
     int pose, anchor;
   };
 
-  // `with_outliers`: measurements that are outliers count like the others. The problem must not
-  // change before the next call.
+  // `with_outliers`: measurements that are outliers count like the others. The problem is
+  // kept by reference, as long as Update is called.
   void Set(const InverseDepthProblem& problem, size_t poses, bool with_outliers);
   void Update(const InverseDepthState& state);
 

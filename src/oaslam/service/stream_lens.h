@@ -8,8 +8,8 @@
 namespace oaslam {
 
 // The camera of a stream whose lens nobody told, as single images of it tell: the one with the
-// median focal length. One view may miss it by some percent, and so do those beside it; views of
-// half a minute do not (docs/lab/service.md).
+// median focal length. One view may miss it by ten percent, the median of half a minute by two
+// (docs/lab/service.md).
 class StreamLens {
  public:
   // Whether a look at the image of this time is worth its while.

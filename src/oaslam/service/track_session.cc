@@ -28,8 +28,8 @@ class Tracking : public StreamWork {
  private:
   StreamStep Enter(const char* type);
   StreamStep Told(const AnchorOutcome& outcome);
-  // The camera of the image: the given one, else the last one that was given, else one that is
-  // estimated from the map. Nothing where that fails.
+  // The camera of the image: the given one, else one that is estimated from the map. Nothing where
+  // that fails.
   std::optional<Camera> CameraOf(const ImageRequest& request, const ImageInput& input);
 
   const std::shared_ptr<ServiceState> state_;
@@ -39,8 +39,7 @@ class Tracking : public StreamWork {
   int64_t anchors_version_ = 0;  // that the client has
   std::unique_ptr<Slam> slam_;   // of camera_; null: none yet
   std::optional<Camera> camera_;
-  bool is_given_ = false;  // camera_
-  StreamLens lens_;        // where it is not
+  StreamLens lens_;  // since the camera was given last
   bool is_lost_ = true;
 };
 
@@ -115,15 +114,14 @@ StreamStep Tracking::Command(const nlohmann::json& message) {
 }
 
 std::optional<Camera> Tracking::CameraOf(const ImageRequest& request, const ImageInput& input) {
-  if (request.features) return request.camera.camera;
-  const auto given = CameraFor(request.camera, input.image.size());
-  const auto fits = [&](const std::optional<Camera>& camera) {
-    return camera && cv::Size(camera->width, camera->height) == input.image.size();
-  };
-  is_given_ = given || (is_given_ && fits(camera_));
-  if (given) return given;
-  if (is_given_) return camera_;
-  if (lens_.camera() && !fits(lens_.camera())) lens_ = {};
+  std::optional<Camera> given = request.camera.camera;
+  if (!request.features) given = CameraFor(request.camera, input.image.size());
+  if (given) {
+    lens_ = {};
+    return given;
+  }
+  const std::optional<Camera>& known = lens_.camera();
+  if (known && cv::Size(known->width, known->height) != input.image.size()) lens_ = {};
   if (lens_.IsOpen(input.timestamp))
     lens_.Add(input.timestamp, map_->localizer.Relocalize(input).camera);
   return lens_.camera();

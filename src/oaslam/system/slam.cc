@@ -122,6 +122,13 @@ void Slam::SetMetresPerUnit(double metres) { impl_->SetMetresPerUnit(metres, std
 
 void Slam::SetMetresPerUnit(const ScaleEstimate& estimate) {
   if (!estimate.success) throw InputError("metres per unit: not known: " + estimate.why_not);
+  // A map with other numbers would not be read again.
+  if (!(std::isfinite(estimate.relative_sigma) && estimate.relative_sigma >= 0))
+    throw BadInput("metres per unit: relative sigma {}, allowed: from 0 on and finite",
+                   estimate.relative_sigma);
+  if (estimate.objects < 1 || estimate.classes < 1)
+    throw BadInput("metres per unit: by {} objects of {} classes, allowed: 1 or more",
+                   estimate.objects, estimate.classes);
   impl_->SetMetresPerUnit(
       estimate.metres_per_unit,
       UnitByObjects{estimate.relative_sigma, estimate.objects, estimate.classes});

@@ -37,7 +37,7 @@ const FORGOTTEN = 100; // images after which an answer is not waited for any mor
 /**
  * A camera that is followed on the device itself. With a service it is placed in a map there, by one or two images a second; without one its world is what the
  * odometry sees. Events: "anchors", "map", "hello", "pose", "error" (messages of the service, as `detail`), "link" (the state of the connection), "run" (the
- * odometry began anew), "camera" (the lens was found), "problem" (a text: there is no odometry).
+ * odometry began anew), "camera" (the lens was found, or a better one), "problem" (a text: there is no odometry).
  */
 export class DeviceTracker extends EventTarget {
   /** @type {Stream | null} */ stream = null;
@@ -50,6 +50,7 @@ export class DeviceTracker extends EventTarget {
 
   /** @type {OdometryWorker | null} */ #odometry = null;
   #isLensAsked = false; // of the service
+  #lensSince = 0; // images up to this id may have had another one
   /** @type {Lens | null} */ #begun = null; // the lens of the odometry
   /** @type {Promise<void> | null} */ #beginning = null;
   #runs = 0; // of the odometries before this one
@@ -103,6 +104,7 @@ export class DeviceTracker extends EventTarget {
     this.given = camera;
     this.camera = null;
     this.#isLensAsked = !camera;
+    this.#lensSince = this.stream?.ids ?? 0;
   }
 
   /**
@@ -225,7 +227,7 @@ export class DeviceTracker extends EventTarget {
     for (const old of this.#sent.keys()) if (old < id - FORGOTTEN) this.#sent.delete(old);
     /** @type {ImageHeader} */
     const header = {
-      id, time, camera: this.#isLensAsked && !sharesFeatures ? "auto" : /** @type {Lens} */ (this.camera),
+      id, time, camera: this.#isLensAsked && !sharesFeatures ? "auto" : (this.camera ?? "auto"),
       ...(estimate && { motion }), ...(gravity && { gravity }), ...(gyroscope.length > 0 && !estimate && { angular_velocity: gyroscope }),
     };
     const encoded = sharesFeatures
@@ -261,13 +263,13 @@ export class DeviceTracker extends EventTarget {
     this.answer = message;
     const sighting = this.#sent.get(message.id) ?? null;
     this.#sent.delete(message.id);
-    if (message.camera) this.#takeCamera(message.camera);
+    if (message.camera && message.id > this.#lensSince) this.#takeCamera(message.camera);
     this.place.take(message, sighting, this.last?.time ?? 0);
   }
 
   // A lens that was asked for becomes better with the first answers. Not if the image has been turned since.
   #takeCamera(camera) {
-    if (!this.#isLensAsked || camera.width !== this.#size.width || camera.height !== this.#size.height || this.camera?.fx === camera.fx) return;
+    if (!this.#isLensAsked || this.share !== "images" || camera.width !== this.#size.width || camera.height !== this.#size.height || this.camera?.fx === camera.fx) return;
     this.camera = this.given = camera;
     this.#tell("camera", camera);
   }
