@@ -10,12 +10,16 @@ namespace oaslam {
 // The inner loops of the solver of a window (odometry/inverse_depth_solver), compiled for each
 // instruction set and chosen at run time (Highway). All of them take four doubles at a time and add
 // up in the same order, so that all give the same bits.
+inline constexpr size_t kTogether = 4;
+
+// The next multiple of what is taken together.
+inline size_t WholeVectors(size_t count) { return (count + kTogether - 1) / kTogether * kTogether; }
 
 // The sightings of one image of the points of one anchor: rows of a SightingTable.
 struct ImagePair {
   std::array<double, 9> rotation{};  // image_from_anchor, by columns
   std::array<double, 3> translation{};
-  size_t begin = 0, end = 0;  // their difference is a multiple of four
+  size_t begin = 0, end = 0;  // whole vectors
 };
 
 // Sightings by pairs of images, and within a pair by point. A row that only fills up the rows of a
@@ -73,8 +77,8 @@ class PoseBlocks {
 // Subtracts what a point with this inverse information takes from the equations of the poses.
 void EliminateDepth(std::span<const DepthCross> cross, double inverse, PoseBlocks& system);
 
-// The robust cost of one sighting with each of the inverse depths, added to `costs`. Their number
-// is a multiple of four.
+// The robust cost of one sighting with each of the inverse depths, added to `costs`. They are
+// whole vectors.
 void AddCostsOfDepths(const ImagePair& pair, const SightingTable& table, size_t row,
                       std::span<const double> inverse_depths, double huber_chi2, double* costs);
 

@@ -342,9 +342,9 @@ void SearchDepths(std::span<const double> candidates, const InverseDepthProblem&
   SightingsByPair sightings;
   sightings.Set(problem, state.poses.size(), true);
   sightings.Update(state);
-  // The kernel takes four together: the last one is asked for some times more.
+  // Filled up by the last one, of which the first place counts.
   std::vector<double> padded(candidates.begin(), candidates.end());
-  padded.resize((candidates.size() + 3) / 4 * 4, candidates.back());
+  padded.resize(WholeVectors(candidates.size()), candidates.back());
   std::vector<double> costs(padded.size());
   size_t next = 0;
   for (size_t point = 0; point < problem.points.size(); ++point) {

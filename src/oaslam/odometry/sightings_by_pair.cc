@@ -44,9 +44,8 @@ void SightingsByPair::FindPairs(size_t poses) {
   }
   size_t rows = 0;
   for (ImagePair& pair : pairs_) {
-    constexpr size_t kTogether = 4;
     pair.begin = rows;
-    rows += (pair.end + kTogether - 1) / kTogether * kTogether;
+    rows += WholeVectors(pair.end);
     pair.end = rows;
   }
 }

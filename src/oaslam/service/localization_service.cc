@@ -163,7 +163,7 @@ HttpAnswer LocalizationService::DescribeMap(const ServedMap& map) {
   json["bounds"] = BoundsOf(content);
   json["up"] = content.up ? JsonOf(*content.up) : Json();
   json["is_metric"] = content.is_metric;
-  json["unit_sigma"] = content.unit_by_objects ? content.unit_by_objects->relative_sigma : 0;
+  json["unit_sigma"] = map.localizer.map().unit_sigma();
   return Answer(json);
 }
 
