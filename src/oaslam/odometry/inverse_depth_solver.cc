@@ -10,6 +10,7 @@
 #include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/geometry/pose_step.h"
+#include "oaslam/geometry/skew.h"
 #include "oaslam/odometry/inverse_depth_kernels.h"
 #include "oaslam/odometry/sightings_by_pair.h"
 
@@ -44,6 +45,18 @@ Eigen::Vector3d RotationError(const RotationPrior& r, const std::vector<Cam>& ca
   return off.angle() / std::sqrt(r.turn.variance) * off.axis();
 }
 
+Eigen::Vector3d TurnBetween(const Cam& first, const Cam& second) {
+  const Eigen::AngleAxisd turn(second.rotation * first.rotation.transpose());
+  return turn.angle() * turn.axis();
+}
+
+// In units of its sigma.
+Eigen::Vector3d ChangeOfTurnRate(const TurnRatePrior& t, const std::vector<Cam>& cams) {
+  return (TurnBetween(cams[t.middle], cams[t.after]) / t.second_s -
+          TurnBetween(cams[t.before], cams[t.middle]) / t.first_s) /
+         t.sigma;
+}
+
 double Cost(const InverseDepthProblem& problem, const InverseDepthState& state,
             std::optional<double> outlier_chi2, SightingsByPair& sightings,
             std::vector<double>& costs) {
@@ -63,6 +76,8 @@ double Cost(const InverseDepthProblem& problem, const InverseDepthState& state,
     cost += off * off;
   }
   for (const VelocityPrior& v : problem.velocities) cost += ChangeOfVelocity(v, cams).squaredNorm();
+  for (const TurnRatePrior& t : problem.turn_rates)
+    cost += LossOf(ChangeOfTurnRate(t, cams).squaredNorm(), problem.huber_chi2).cost;
   for (const RotationPrior& r : problem.rotations) cost += RotationError(r, cams).squaredNorm();
   if (problem.length) {
     const LengthPrior& l = *problem.length;
@@ -288,16 +303,43 @@ class WindowEquations {
   void AddRotation(const RotationPrior& r, const std::vector<Cam>& cams) {
     const Eigen::Vector3d error = RotationError(r, cams);
     const double inverse_sigma = 1 / std::sqrt(r.turn.variance);
-    const std::array<int, 2> poses{r.first, r.second};
-    const std::array<Eigen::Matrix3d, 2> by_step{
-        -inverse_sigma * cams[r.second].rotation * cams[r.first].rotation.transpose(),
-        inverse_sigma * Eigen::Matrix3d::Identity()};
-    for (int i = 0; i < 2; ++i) {
+    AddTurns<2>(error, {r.first, r.second},
+                {-inverse_sigma * cams[r.second].rotation * cams[r.first].rotation.transpose(),
+                 inverse_sigma * Eigen::Matrix3d::Identity()});
+  }
+
+  // The derivatives of the logarithm of a rotation by steps from the left and from the right are
+  // the inverse Jacobians of SO(3) (Barfoot 2017, 7.1.5).
+  void AddTurnRate(const TurnRatePrior& t, const std::vector<Cam>& cams) {
+    const Eigen::Vector3d change = ChangeOfTurnRate(t, cams);
+    const double root = std::sqrt(LossOf(change.squaredNorm(), problem_.huber_chi2).weight);
+    const double first = root / (t.first_s * t.sigma), second = root / (t.second_s * t.sigma);
+    const Eigen::Matrix3d before = InverseLeftJacobian(TurnBetween(cams[t.before], cams[t.middle])),
+                          after = InverseLeftJacobian(TurnBetween(cams[t.middle], cams[t.after]));
+    AddTurns<3>(root * change, {t.before, t.middle, t.after},
+                {first * before.transpose(), -(first * before + second * after.transpose()),
+                 second * after});
+  }
+
+  static Eigen::Matrix3d InverseLeftJacobian(const Eigen::Vector3d& turn) {
+    const double angle = turn.norm();
+    const Eigen::Matrix3d cross = Skew(turn);
+    // The series of the factor below begins with 1/12.
+    const double factor =
+        angle < 1e-3 ? 1.0 / 12 : (1 - 0.5 * angle / std::tan(0.5 * angle)) / (angle * angle);
+    return Eigen::Matrix3d::Identity() - 0.5 * cross + factor * cross * cross;
+  }
+
+  // Adds a residual of rotations, by the steps of each pose.
+  template <int N>
+  void AddTurns(const Eigen::Vector3d& residual, const std::array<int, N>& poses,
+                const std::array<Eigen::Matrix3d, N>& by_step) {
+    for (int i = 0; i < N; ++i) {
       if (poses[i] >= problem_.free_poses) continue;
-      Gradient(poses[i]).tail<3>() += by_step[i].transpose() * error;
-      for (int j = 0; j < 2; ++j)
+      Gradient(poses[i]).template tail<3>() += by_step[i].transpose() * residual;
+      for (int j = 0; j < N; ++j)
         if (poses[j] <= poses[i])
-          Hessian(poses[i], poses[j]).bottomRightCorner<3, 3>() +=
+          Hessian(poses[i], poses[j]).template bottomRightCorner<3, 3>() +=
               by_step[i].transpose() * by_step[j];
     }
   }
@@ -309,6 +351,7 @@ class WindowEquations {
       AddCenters<3>(cams, ChangeOfVelocity(v, cams), {v.before, v.middle, v.after},
                     {first * one, -(first + second) * one, second * one});
     }
+    for (const TurnRatePrior& t : problem_.turn_rates) AddTurnRate(t, cams);
     for (const RotationPrior& r : problem_.rotations) AddRotation(r, cams);
     if (problem_.length) {
       const LengthPrior& l = *problem_.length;

@@ -39,6 +39,15 @@ struct VelocityPrior {
   double sigma = 1;                       // of the change of velocity, per s
 };
 
+// The camera keeps turning as it did between three images, in the order of their times. Beside a
+// plane a turn looks like a way, and two motions explain two images alike: the wrong one mostly
+// turns otherwise than before. Robust, by the threshold of the problem: a camera may swing round.
+struct TurnRatePrior {
+  int before = 0, middle = 0, after = 0;  // poses
+  double first_s = 0, second_s = 0;       // between them
+  double sigma = 1;                       // of the change of the rate about any axis, rad/s
+};
+
 // The distance of two cameras: the unit of length, where no pose is held.
 struct LengthPrior {
   int first = 0, second = 0;  // poses
@@ -56,6 +65,7 @@ struct InverseDepthProblem {
   std::vector<DepthPrior> points;
   std::vector<DepthMeasurement> measurements;
   std::vector<VelocityPrior> velocities;
+  std::vector<TurnRatePrior> turn_rates;
   std::vector<RotationPrior> rotations;
   std::optional<LengthPrior> length;
   double huber_chi2 = 0;           // as in SchurOptions

@@ -92,6 +92,9 @@ TEST(InverseDepthSolver, EndsAtAMinimumWithAllPriors) {
   Scene scene(1);
   scene.problem.velocities = {{5, 0, 1, 0.1, 0.1, 0.3}, {0, 1, 2, 0.1, 0.1, 0.3}};
   scene.problem.length = LengthPrior{4, 2, 0.45, 0.01};
+  // In all orders of held and free poses; one of them far beyond Huber's threshold.
+  scene.problem.turn_rates = {
+      {4, 5, 0, 0.1, 0.1, 0.1}, {5, 0, 1, 0.1, 0.2, 0.002}, {2, 3, 1, 0.2, 0.1, 0.05}};
   // Of a held and a free pose, and of two free ones in both orders; wrong by some degrees.
   for (const auto& [first, second] : {std::pair{5, 0}, {0, 1}, {3, 2}}) {
     const Rigid3 turn = scene.truth.poses[second] * scene.truth.poses[first].Inverse();
@@ -116,6 +119,16 @@ TEST(InverseDepthSolver, EndsAtAMinimumWithAllPriors) {
       if (moved.inverse_depths[i] < scene.problem.least_inverse_depth) continue;
       EXPECT_GT(CostOf(scene.problem, moved), best) << i;
     }
+}
+
+// Without points in view a pose goes on turning as those before it.
+TEST(InverseDepthSolver, ATurnGoesOn) {
+  Scene scene;
+  std::erase_if(scene.problem.measurements, [](const DepthMeasurement& m) { return m.pose == 3; });
+  scene.problem.turn_rates = {{1, 2, 3, 0.1, 0.1, 1e-3}};  // the scene turns evenly
+  InverseDepthState state = scene.Disturbed();
+  InverseDepthSolver().Minimize(scene.problem, kThorough, state);
+  EXPECT_LT(state.poses[3].rotation.angularDistance(scene.truth.poses[3].rotation), 1e-3);
 }
 
 // Without points in view a pose turns as the gyroscope says.

@@ -10,6 +10,7 @@
 #include "oaslam/geometry/degree.h"
 #include "oaslam/odometry/point_flow.h"
 #include "oaslam/odometry/pose_starts.h"
+#include "oaslam/odometry/rivals.h"
 
 namespace oaslam {
 namespace {
@@ -302,9 +303,38 @@ void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate)
         PoseStarts(points, window_options_, prior, predicted, pose, RotationOfFlow(predicted),
                    (predicted.OriginInSource() - last.cam_from_odom.OriginInSource()).norm()));
   estimate.covariance = covariance_;
-  estimate.inliers = FlagOutliers(window_options_, window_);
+  WindowFit fit = FlagOutliers(window_options_, window_);
+  if (LookForRival(fit.cost, estimate)) fit = FlagOutliers(window_options_, window_);
+  estimate.inliers = fit.inliers;
   UpdateMedianDepth(true, window_);
   estimate.cam_from_odom = window_.newest().cam_from_odom;
+}
+
+// Looks, from time to time, whether another motion explains the newest images better, and takes it.
+// `cost`: WindowFit::cost. Returns whether there was one.
+bool Odometry::LookForRival(double cost, OdometryEstimate& estimate) {
+  constexpr double kSpans[] = {0.2, 0.4};  // seconds
+  constexpr double kEvery = 0.15;          // seconds, .1 is as good
+  constexpr double kStep = 0.01;           // of the usual cost, each image
+  usual_cost_ =
+      usual_cost_ > 0 ? usual_cost_ * std::exp(cost > usual_cost_ ? kStep : -kStep) : cost;
+  const double time_s = window_.newest().time_s;
+  // A wrong motion fits worse than those of the last seconds.
+  if (cost < usual_cost_ || std::abs(time_s - looked_s_) < kEvery) return false;
+  looked_s_ = time_s;
+  looks_at_long_ = !looks_at_long_;
+  std::optional<Rival> rival =
+      BetterMotion(window_, kSpans[looks_at_long_], window_options_, solver_, rng_);
+  if (!rival) return false;
+  window_ = std::move(rival->window);
+  const Rigid3 pose = window_.newest().cam_from_odom;
+  OptimizeWindow(std::span(&pose, 1));
+  // The velocity of the motion that was wrong says nothing.
+  const WindowImage& last = window_.images[window_.images.size() - 2];
+  last_motions_ = {{last.time_s, last.cam_from_odom}};
+  estimate.exchanged_since = rival->since;
+  estimate.is_keyframe = true;  // what is seen now is known by the new motion
+  return true;
 }
 
 // The share of the newest image's sightings that are no outliers, were this its pose.

@@ -58,6 +58,9 @@ struct OdometryEstimate {
   // Once the motion is not preliminary: cam_from_odom of the window's keyframes as they are now, by
   // image, ascending. They replace what was given for them.
   std::vector<std::pair<int, Rigid3>> keyframes;
+  // With this image the odometry took another motion for that of its newest images: their poses
+  // since this one, as they were given, were wrong.
+  std::optional<int> exchanged_since{};
   int tracked = 0;  // points followed into this image
   int inliers = 0;
   bool is_keyframe = false;
@@ -80,6 +83,9 @@ class Odometry {
   // Of the points in the newest image whose depth is known to a third.
   std::vector<OdometryDepth> Depths() const;
   const Gyroscope& gyroscope() const { return gyroscope_; }
+  // What was optimised last, for who measures the search; no motion yet while it is preliminary.
+  const Window& window() const { return window_; }
+  const WindowOptions& window_options() const { return window_options_; }
 
  private:
   struct Motion {
@@ -101,8 +107,10 @@ class Odometry {
   double ShareThatFits(const Rigid3& cam_from_odom) const;
   void OptimizeWindow(std::span<const Rigid3> starts);
   void EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate);
+  bool LookForRival(double cost, OdometryEstimate& estimate);
   bool NeedsKeyframe(const OdometryEstimate& estimate) const;
   void MakeKeyframe();
+  void LearnTurns();
   void AddPoints();
   void Forget();
   void LearnGyroscope(const OdometryEstimate& estimate);
@@ -139,7 +147,10 @@ class Odometry {
   std::vector<Motion> last_motions_;  // of the two newest images, as they were given
   Gyroscope gyroscope_;
   ImageMask mask_;
-  bool is_sure_ = false;  // the newest image fits well
+  bool is_sure_ = false;   // the newest image fits well
+  double usual_cost_ = 0;  // WindowFit::cost of the last seconds
+  double looked_s_ = 0;    // when a rival motion was looked for
+  bool looks_at_long_ = false;
 };
 
 }  // namespace oaslam

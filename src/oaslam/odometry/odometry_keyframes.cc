@@ -1,6 +1,7 @@
 // Which images the odometry keeps, and which points it follows from them.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -29,9 +30,39 @@ bool Odometry::NeedsKeyframe(const OdometryEstimate& estimate) const {
          (!flow.empty() && Median(flow) > kFlow * camera_.width);
 }
 
+// How this film's camera turns: the median change of its rate, of keyframes that are settled.
+void Odometry::LearnTurns() {
+  constexpr size_t kSettled = 4;  // keyframes came after it
+  constexpr double kMostSeconds = 0.5;
+  constexpr double kStep = 0.03;  // of the median, each time
+  // Of the median's length, which is one and a half sigmas of a Gaussian's axis: a camera that
+  // stops or swings changes its turn by far more than mostly. With a half flats have wrong motions
+  // again.
+  constexpr double kOfMedian = 1.7;
+  std::vector<const WindowImage*> known;
+  for (const WindowImage& image : window_.images)
+    if (image.is_keyframe) known.push_back(&image);
+  if (known.size() < kSettled + 3) return;
+  const WindowImage* const* last = &known[known.size() - kSettled - 1];
+  const double first = last[-1]->time_s - last[-2]->time_s,
+               second = last[0]->time_s - last[-1]->time_s;
+  if (std::max(first, second) > kMostSeconds) return;
+  const auto rate = [](const WindowImage& from, const WindowImage& to, double seconds) {
+    const Eigen::AngleAxisd turn(
+        Eigen::Quaterniond(to.cam_from_odom.rotation * from.cam_from_odom.rotation.conjugate()));
+    return Eigen::Vector3d(turn.angle() / seconds * turn.axis());
+  };
+  const double change =
+      (rate(*last[-1], *last[0], second) - rate(*last[-2], *last[-1], first)).norm() /
+      std::sqrt(0.5 * (first + second));
+  double& sigma = window_options_.turn_rate_sigma;
+  sigma *= std::exp(kOfMedian * change > sigma ? kStep : -kStep);
+}
+
 void Odometry::MakeKeyframe() {
   keyframe_is_due_ = false;
   window_.newest().is_keyframe = true;
+  if (!is_beginning_) LearnTurns();
   keyframe_id_ = window_.newest().id;
   int free = 0;
   for (const WindowImage& image : window_.images) free += image.is_keyframe && !image.is_held;

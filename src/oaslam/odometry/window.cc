@@ -230,6 +230,11 @@ WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool
     problem.velocities.push_back(
         {pose_of[in_time[k - 2]], pose_of[in_time[k - 1]], pose_of[in_time[k]], first, second,
          options.velocity_sigma * 0.5 * (first + second) / window.median_inverse_depth});
+    // A gyroscope tells more.
+    if (!c.turn)
+      problem.turn_rates.push_back({pose_of[in_time[k - 2]], pose_of[in_time[k - 1]],
+                                    pose_of[in_time[k]], first, second,
+                                    options.turn_rate_sigma * std::sqrt(0.5 * (first + second))});
   }
   for (int i = 1; i < count; ++i) {
     const WindowImage &first = window.images[i - 1], &second = window.images[i];
@@ -244,26 +249,34 @@ WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool
   return made;
 }
 
-int FlagOutliers(const WindowOptions& options, Window& window) {
-  const int newest = window.newest().id;
-  int inliers = 0;
+WindowFit FlagOutliers(const WindowOptions& options, Window& window) {
+  constexpr double kSeconds = 0.5, kMostSigmas = 4;
+  const WindowImage& newest = window.newest();
+  WindowFit fit;
+  int recent = 0;
   RelativePoses relative(window);
   for (WindowPoint& p : window.points) {
     ImagesOfPoint of(window, p);
     for (Sighting& s : p.sightings) {
       const size_t i = of.Of(s);
-      if (window.images[of.anchor()].is_held && window.images[i].is_held) continue;
+      const WindowImage& image = window.images[i];
+      if (window.images[of.anchor()].is_held && image.is_held) continue;
       const Eigen::Vector3d x = ScaledPoint(relative.Of(i, of.anchor()), p.ray, p.inverse_depth);
-      s.is_outlier = x.z() < kBehind ||
-                     (x.head<2>() / x.z() - s.ray).norm() * options.focal_px > options.outlier_px;
-      if (s.image != newest) continue;
-      if (s.is_outlier)
-        p.is_tracked = false;
-      else
-        ++inliers;
+      const bool is_behind = x.z() < kBehind;
+      const double off_px =
+          is_behind ? INFINITY : (x.head<2>() / x.z() - s.ray).norm() * options.focal_px;
+      s.is_outlier = is_behind || off_px > options.outlier_px;
+      if (newest.time_s - image.time_s < kSeconds) {
+        fit.cost += std::pow(std::min(kMostSigmas, off_px / options.sigma_px), 2);
+        ++recent;
+      }
+      if (image.id != newest.id) continue;
+      p.is_tracked = !s.is_outlier;
+      fit.inliers += p.is_tracked;
     }
   }
-  return inliers;
+  fit.cost /= std::max(1, recent);
+  return fit;
 }
 
 void UpdateMedianDepth(bool smoothed, Window& window) {

@@ -55,6 +55,9 @@ struct WindowOptions {
   double outlier_px = 3;  // four sigmas
   // Change of velocity in a second, in median depths per second: of a hand.
   double velocity_sigma = 1.5;
+  // Change of the turn's rate over a second, rad/s, where it is a random walk: of this film, as far
+  // as it is known.
+  double turn_rate_sigma = 0.7;
   double focal_px = 500;  // of the tracked image
 };
 
@@ -112,9 +115,17 @@ struct WindowProblem {
 // take part, too.
 WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool with_outliers);
 
-// Flags the sightings of free images by their present residuals. Returns how many of the newest
-// image's are inliers; its outliers are tracked no further.
-int FlagOutliers(const WindowOptions& options, Window& window);
+// How the images agree with a window.
+struct WindowFit {
+  int inliers = 0;  // sightings of the newest image
+  // Mean squared error of the sightings of the last half second, in sigmas; a sighting counts at
+  // most as one that is off by four.
+  double cost = 0;
+};
+
+// Flags the sightings of free images by their present residuals. Of the newest image's only inliers
+// are tracked further.
+WindowFit FlagOutliers(const WindowOptions& options, Window& window);
 
 // Sets the median of what the newest image sees; `smoothed`: a fifth of the way.
 void UpdateMedianDepth(bool smoothed, Window& window);

@@ -109,7 +109,7 @@ TEST(Window, OutliersAreFlaggedAndNoLongerTracked) {
   Window window = walk.Seen(walk.truth, true);
   window.points[7].sightings.back().ray.x() += 5 / kFocal;
   window.points[9].sightings.front().ray.x() += 5 / kFocal;
-  EXPECT_EQ(FlagOutliers(kOptions, window), static_cast<int>(walk.points.size()) - 1);
+  EXPECT_EQ(FlagOutliers(kOptions, window).inliers, static_cast<int>(walk.points.size()) - 1);
   EXPECT_FALSE(window.points[7].is_tracked);
   EXPECT_TRUE(window.points[9].is_tracked);  // only an old sighting is wrong
   EXPECT_TRUE(window.points[9].sightings.front().is_outlier);
