@@ -30,7 +30,7 @@ Similarity FromBlock(const Block& b) {
 // The residual motion: measured * from * to^-1, which should be the identity.
 struct EdgeResidual {
   Similarity measured;
-  double depth;
+  double held, depth;
 
   template <typename T>
   bool operator()(const T* from, const T* to, T* residual) const {
@@ -46,9 +46,9 @@ struct EdgeResidual {
     const Vector here = measured_scale * (measured.rotation.cast<T>() * from_translation) +
                         measured.translation.cast<T>();
     Eigen::Map<Eigen::Matrix<T, 7, 1>> r(residual);
-    r.template head<3>() = (here - scale * (rotation * to_translation)) / T(depth);
+    r.template head<3>() = (here - scale * (rotation * to_translation)) * T(held / depth);
     r.template segment<3>(3) = (rotation.w() < T(0) ? T(-2) : T(2)) * rotation.vec();
-    r(6) = std::log(measured.scale) + from[7] - to[7];
+    r(6) = T(held) * (std::log(measured.scale) + from[7] - to[7]);
     return true;
   }
 };
@@ -57,8 +57,7 @@ struct EdgeResidual {
 
 std::optional<std::vector<Similarity>> OptimizePoseGraph(const std::vector<Similarity>& nodes,
                                                          const std::vector<PoseGraphEdge>& edges,
-                                                         const std::vector<char>& fixed,
-                                                         double depth) {
+                                                         const std::vector<char>& fixed) {
   std::vector<Block> blocks;
   for (const Similarity& node : nodes) blocks.push_back(ToBlock(node));
   ceres::ProductManifold<ceres::EigenQuaternionManifold, ceres::EuclideanManifold<4>> manifold;
@@ -70,14 +69,15 @@ std::optional<std::vector<Similarity>> OptimizePoseGraph(const std::vector<Simil
     if (fixed[i]) problem.SetParameterBlockConstant(blocks[i].data());
   }
   for (const PoseGraphEdge& edge : edges)
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<EdgeResidual, 7, 8, 8>(
-                                 new EdgeResidual{edge.to_from_from, depth}),
-                             nullptr, blocks[edge.from].data(), blocks[edge.to].data());
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<EdgeResidual, 7, 8, 8>(
+            new EdgeResidual{edge.to_from_from, edge.held, edge.depth > 0 ? edge.depth : 1}),
+        nullptr, blocks[edge.from].data(), blocks[edge.to].data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   // CHOLMOD would start threads of OpenMP.
   options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
-  options.max_num_iterations = 50;  // bounds the time where it does not converge
+  options.max_num_iterations = 200;  // bounds the time where it does not converge
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;

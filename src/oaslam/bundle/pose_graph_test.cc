@@ -50,7 +50,7 @@ TEST(PoseGraph, AnEdgeAcrossTheLoopTakesBackTheDrift) {
   for (int i = 1; i < kCount; ++i) {
     const Similarity step = error * truth[i] * truth[i - 1].Inverse();
     drifted.push_back(step * drifted.back());
-    edges.push_back({i - 1, i, step});
+    edges.push_back({i - 1, i, step, 1, 2});
   }
   const auto worst = [&](const std::vector<Similarity>& nodes) {
     double most = 0;
@@ -63,7 +63,7 @@ TEST(PoseGraph, AnEdgeAcrossTheLoopTakesBackTheDrift) {
   std::vector<char> fixed(kCount, 0);
   fixed.front() = fixed.back() = 1;
   ASSERT_GT(worst(drifted), 0.5);
-  const std::vector<Similarity> moved = OptimizePoseGraph(start, edges, fixed, 2).value();
+  const std::vector<Similarity> moved = OptimizePoseGraph(start, edges, fixed).value();
   EXPECT_LT(worst(moved), 0.2 * worst(drifted));
   EXPECT_LT((Center(moved.back()) - Center(truth.back())).norm(), 1e-12);
   ASSERT_GT(drifted.back().scale, 1.4);
@@ -76,7 +76,7 @@ TEST(PoseGraph, WhatHoldsAlreadyStays) {
   for (int i = 0; i < 10; ++i) nodes.push_back(OnCircle(0.1 * i));
   for (int i = 1; i < 10; ++i) edges.push_back({i - 1, i, nodes[i] * nodes[i - 1].Inverse()});
   const std::vector<Similarity> moved =
-      OptimizePoseGraph(nodes, edges, std::vector<char>(10, 0), 2).value();
+      OptimizePoseGraph(nodes, edges, std::vector<char>(10, 0)).value();
   for (int i = 0; i < 10; ++i) EXPECT_LT((Center(moved[i]) - Center(nodes[i])).norm(), 1e-9);
 }
 

@@ -47,6 +47,8 @@ struct FrameMotion {
   // cam_from_odom of the odometry's keyframes as they are known with this image, by image,
   // ascending; none while the motion is preliminary.
   std::vector<std::pair<int, Rigid3>> keyframes{};
+  // With this image the odometry found that the motion it had given since this image was wrong.
+  std::optional<int> exchanged_since{};
   bool is_keyframe = false;  // the view has changed
   std::vector<KnownDepth> depths;
 };

@@ -130,8 +130,9 @@ void Map::RetireKeyframe(KeyframeId id) {
     if (r.parent == id) carried.push_back(child);
   });
   for (const KeyframeId child : carried)
-    retired.MutableAt(child) = {parent, retired.At(child).cam_from_parent * cam_from_parent};
-  retired.Insert(id, {parent, cam_from_parent});
+    retired.MutableAt(child) = {parent, retired.At(child).cam_from_parent * cam_from_parent,
+                                retired.At(child).unit};
+  retired.Insert(id, {parent, cam_from_parent, keyframe.unit});
   keyframes.Erase(id);
 }
 

@@ -57,6 +57,8 @@ struct Keyframe {
   // By entry of features->learned: z in the camera of a point that no landmark explains, map units;
   // 0 where there is none.
   std::vector<float> learned_depths{};
+  // Loops have multiplied the lengths about it by this in all. Not saved.
+  double unit = 1;
 
   // Whether each described key point exists, once, ascending, with its descriptor and depth.
   bool HasSoundLearned() const;
@@ -71,6 +73,7 @@ struct Keyframe {
 struct RetiredKeyframe {
   KeyframeId parent;
   Rigid3 cam_from_parent;
+  double unit = 1;  // as Keyframe::unit
 };
 
 struct Observation {

@@ -22,6 +22,15 @@ void AdoptPoses(const std::vector<FramePose>& other, double scale, std::vector<F
                              &FramePose::frame_index);
 }
 
+void FollowUnits(const Map& map, std::vector<FramePose>& poses) {
+  for (FramePose& pose : poses) {
+    if (const Keyframe* keyframe = map.keyframes.Find(pose.reference))
+      pose.cam_from_reference.translation *= keyframe->unit;
+    else if (const RetiredKeyframe* retired = map.retired.Find(pose.reference))
+      pose.cam_from_reference.translation *= retired->unit;
+  }
+}
+
 Frame FrameOf(const Map& map, KeyframeId id) {
   const Keyframe& keyframe = map.keyframes.At(id);
   Frame frame{keyframe.frame_index,

@@ -78,6 +78,35 @@ bool InsertInitialMap(const InitialMap& initial, Map& map) {
   return true;
 }
 
+std::vector<LandmarkId> CorrectMotions(
+    KeyframeId right_until, std::span<const std::pair<KeyframeId, KeyframeMotion>> motions,
+    Map& map) {
+  std::vector<KeyframeId> moved = map.keyframes.Ids();
+  std::erase_if(moved, [&](KeyframeId id) { return id <= right_until; });
+  std::optional<Rigid3> new_from_old;  // of the keyframe before, in the world
+  for (const KeyframeId id : moved) {
+    const auto known =
+        std::ranges::find(motions, id, &std::pair<KeyframeId, KeyframeMotion>::first);
+    const auto from = known == motions.end() ? std::nullopt : map.ResolvePose(known->second.from);
+    Keyframe& keyframe = map.keyframes.MutableAt(id);
+    const Rigid3 old = keyframe.cam_from_world;
+    if (from)
+      keyframe.cam_from_world = known->second.cam_from_cam * *from;
+    else if (new_from_old)
+      keyframe.cam_from_world = old * new_from_old->Inverse();
+    new_from_old = keyframe.cam_from_world.Inverse() * old;
+  }
+  for (const LandmarkId id : map.landmarks.Ids())
+    if (right_until < map.landmarks.At(id).first_keyframe) map.EraseLandmark(id);
+  for (const KeyframeId id : moved) map.UpdateCovisibility(id);
+  std::vector<LandmarkId> made;
+  for (const KeyframeId id : moved) {
+    const std::vector<LandmarkId> here = TriangulateNewLandmarks(id, map);
+    made.insert(made.end(), here.begin(), here.end());
+  }
+  return made;
+}
+
 void InsertKeyframe(const KeyframeInsertion& insertion, Map& map) {
   const TrackedFrame& tracked = insertion.frame;
   const auto reference = map.ResolvePose(tracked.reference);

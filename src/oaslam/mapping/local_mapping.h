@@ -16,6 +16,12 @@ namespace oaslam {
 // remain after refinement.
 bool InsertInitialMap(const InitialMap& initial, Map& map);
 
+// Moves the keyframes after `right_until` to where the motions lead. Landmarks that were made since
+// go, and are triangulated anew: returns these.
+std::vector<LandmarkId> CorrectMotions(
+    KeyframeId right_until, std::span<const std::pair<KeyframeId, KeyframeMotion>> motions,
+    Map& map);
+
 // Adds a keyframe with observations of the landmarks it tracked, those that still exist,
 // and its covisibility.
 void InsertKeyframe(const KeyframeInsertion& insertion, Map& map);

@@ -66,6 +66,47 @@ TEST(InitialMap, IsRefinedInItsFrameAndUnit) {
   EXPECT_TRUE(refused.keyframes.empty());
 }
 
+// A turn was taken for a way: keyframes and landmarks since then lie wrong.
+TEST(CorrectMotions, PutsRightWhatWasMappedByAWrongMotion) {
+  Scene s;
+  const KeyframeId right(5);
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitZ()));
+  const Rigid3 wrong(Rigid3::Rotation(turn), Eigen::Vector3d(0.5, 0, 0.2));
+  std::vector<std::pair<KeyframeId, KeyframeMotion>> motions;
+  for (const KeyframeId id : s.map.keyframes.Ids()) {
+    if (id <= right) continue;
+    const size_t i = id.value;
+    // The odometry has no keyframe there: it moves with the one before.
+    if (id != KeyframeId(8))
+      motions.push_back(
+          {id,
+           {KeyframeId(id.value - 1),
+            s.world.cam_from_world[i] * s.world.cam_from_world[i - 1].Inverse(), 0.01, 0.01}});
+    s.map.keyframes.MutableAt(id).cam_from_world = s.world.cam_from_world[i] * wrong;
+  }
+  size_t made_wrongly = 0;
+  for (const LandmarkId id : s.map.landmarks.Ids()) {
+    Landmark& landmark = s.map.landmarks.MutableAt(id);
+    if (landmark.observations.front().keyframe <= right) {
+      landmark.first_keyframe = right;
+      continue;
+    }
+    landmark.first_keyframe = landmark.observations.front().keyframe;
+    landmark.position = wrong.Inverse() * landmark.position;
+    ++made_wrongly;
+  }
+  ASSERT_GT(made_wrongly, 10U);
+  const std::vector<LandmarkId> made = CorrectMotions(right, motions, s.map);
+  EXPECT_THAT(s.map.CheckInvariants(), IsEmpty());
+  for (const KeyframeId id : s.map.keyframes.Ids())
+    EXPECT_LT((s.map.keyframes.At(id).cam_from_world.OriginInSource() -
+               s.world.cam_from_world[id.value].OriginInSource())
+                  .norm(),
+              1e-6)
+        << id.value;
+  EXPECT_GT(made.size(), made_wrongly / 3);
+}
+
 // They replace those that the map has, unless a loop has scaled it since.
 TEST(InsertKeyframe, BringsTheMotionsAsTheyAreKnownByNow) {
   for (const int loops : {0, 1}) {

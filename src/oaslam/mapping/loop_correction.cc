@@ -45,24 +45,33 @@ int NodeOf(const std::vector<KeyframeId>& nodes, KeyframeId id) {
   return static_cast<int>(std::ranges::upper_bound(nodes, id) - nodes.begin()) - 1;
 }
 
+// How well two keyframes hold the way between them and the scale, by the landmarks that both see: a
+// hundred as well as any, few next to nothing. What a loop finds off was lost at a few such places,
+// as doorways are, and goes there instead of bending what was right.
+double HeldBy(int shared) {
+  constexpr double kEnough = 100, kLeast = 1e-3;
+  return std::clamp(std::pow(shared / kEnough, 2), kLeast, 1.0);
+}
+
 std::vector<PoseGraphEdge> EdgesBetween(const Map& map, const std::vector<KeyframeId>& ids,
                                         const std::vector<KeyframeId>& node_ids,
                                         const std::vector<Similarity>& nodes) {
   std::vector<PoseGraphEdge> edges;
   std::set<std::pair<int, int>> known;
-  const auto add = [&](int from, int to) {
+  const auto add = [&](int from, int to, int shared) {
     if (from != to && known.emplace(from, to).second)
-      edges.push_back({from, to, nodes[to] * nodes[from].Inverse()});
+      edges.push_back({from, to, nodes[to] * nodes[from].Inverse(), HeldBy(shared),
+                       map.MedianDepth(node_ids[to])});
   };
   for (size_t i = 1; i < ids.size(); ++i) {
     const int from = NodeOf(node_ids, ids[i]);
     bool has_closest = false;
     for (const Covisible& c : map.keyframes.At(ids[i]).covisible) {  // most shared first
       if (c.keyframe > ids[i] || (has_closest && c.shared < kMinEdgeShared)) continue;
-      add(from, NodeOf(node_ids, c.keyframe));
+      add(from, NodeOf(node_ids, c.keyframe), c.shared);
       has_closest = true;
     }
-    if (!has_closest) add(from, NodeOf(node_ids, ids[i - 1]));
+    if (!has_closest) add(from, NodeOf(node_ids, ids[i - 1]), 0);
   }
   return edges;
 }
@@ -81,8 +90,12 @@ struct NodeMotions {
 // observations of objects, and anchors.
 void MoveWithKeyframes(const NodeMotions& motions, Map& map) {
   for (const KeyframeId id : map.retired.Ids())
-    if (const auto carried = map.ResolveKeyframe(id))
-      map.retired.MutableAt(id).cam_from_parent.translation *= motions.Of(carried->by).scale;
+    if (const auto carried = map.ResolveKeyframe(id)) {
+      RetiredKeyframe& retired = map.retired.MutableAt(id);
+      const double scale = motions.Of(carried->by).scale;
+      retired.cam_from_parent.translation *= scale;
+      retired.unit *= scale;
+    }
   for (const ObjectId id : map.objects.Ids()) {
     Object& object = map.objects.MutableAt(id);
     for (size_t i = 0; i < object.observations.size(); ++i) {
@@ -108,6 +121,22 @@ Similarity Between(const Similarity& first, const Similarity& second, double sha
   return {scale, rotation, moved - scale * (rotation * center)};
 }
 
+// The first node beyond the weakest link between two nodes, both given by index: where no two
+// keyframes on either side share many landmarks.
+size_t BeyondWeakestLink(const Map& map, const std::vector<KeyframeId>& ids,
+                         const std::vector<KeyframeId>& node_ids, size_t first, size_t last) {
+  std::vector<int> seen_across(node_ids.size(), 0);  // by the node before
+  for (const KeyframeId id : ids)
+    for (const Covisible& c : map.keyframes.At(id).covisible) {
+      if (id < c.keyframe) continue;
+      for (int k = NodeOf(node_ids, c.keyframe); k < NodeOf(node_ids, id); ++k)
+        seen_across[k] = std::max(seen_across[k], c.shared);
+    }
+  const auto begin = seen_across.begin() + static_cast<std::ptrdiff_t>(first),
+             end = seen_across.begin() + static_cast<std::ptrdiff_t>(last);
+  return static_cast<size_t>(std::min_element(begin, end) - seen_across.begin()) + 1;
+}
+
 // Returns false and changes nothing if no correction was found.
 bool SpreadCorrection(const LoopClosure& loop, KeyframeId held, Map& map) {
   NodeMotions motions{map.keyframes.Ids(), {}};
@@ -122,8 +151,16 @@ bool SpreadCorrection(const LoopClosure& loop, KeyframeId held, Map& map) {
   for (const KeyframeId id : {held, loop.old, loop.current}) fixed[NodeOf(node_ids, id)] = 1;
   const int current = NodeOf(node_ids, loop.current);
   start[current] = nodes[current] * loop.old_from_current.Inverse();
-  const double depth = map.MedianDepth(loop.old);
-  const auto moved = OptimizePoseGraph(start, edges, fixed, depth > 0 ? depth : 1);
+  // What lies beyond the weakest link begins as moved as a whole, if the held one is before it.
+  const int old = NodeOf(node_ids, loop.old);
+  if (old < current) {
+    const size_t beyond = BeyondWeakestLink(map, motions.ids, node_ids, static_cast<size_t>(old),
+                                            static_cast<size_t>(current));
+    if (held < node_ids[beyond])
+      for (size_t k = beyond; k < nodes.size(); ++k)
+        if (!fixed[k]) start[k] = nodes[k] * loop.old_from_current.Inverse();
+  }
+  const auto moved = OptimizePoseGraph(start, edges, fixed);
   if (!moved) return false;
 
   std::vector<Similarity> node_motions;
@@ -154,6 +191,7 @@ bool SpreadCorrection(const LoopClosure& loop, KeyframeId held, Map& map) {
     keyframe.cam_from_world =
         (Similarity(keyframe.cam_from_world) * motions.new_from_old[i].Inverse()).AsPose();
     keyframe.ScaleLengths(motions.new_from_old[i].scale);
+    keyframe.unit *= motions.new_from_old[i].scale;
   }
   return true;
 }

@@ -42,6 +42,9 @@ struct KeyframeInsertion {
   // To this keyframe and to earlier ones, as the odometry knows them by now.
   std::vector<std::pair<KeyframeId, KeyframeMotion>> motions{};
   int loops_closed = 0;  // in the map whose unit the motions have
+  // Valid: the keyframes after this one were given a wrong motion, which the odometry has
+  // corrected.
+  KeyframeId right_until{};
 };
 
 // A submap to be joined with the mapper's map (JoinSubmap).

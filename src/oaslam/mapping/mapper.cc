@@ -62,6 +62,8 @@ bool Mapper::Join(const JoiningMap& joining, int frame_index) {
 }
 
 bool Mapper::Insert(const KeyframeInsertion& keyframe, int frame_index) {
+  if (keyframe.right_until.IsValid() && keyframe.loops_closed == map_.loops_closed)
+    recent_landmarks_ = CorrectMotions(keyframe.right_until, keyframe.motions, map_);
   InsertKeyframe(keyframe, map_);
   recent_landmarks_ = CullRecentLandmarks(recent_landmarks_, keyframe.id, map_);
   const std::vector<LandmarkId> created = TriangulateNewLandmarks(keyframe.id, map_);

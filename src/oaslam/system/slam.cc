@@ -145,6 +145,7 @@ MapSnapshot Slam::WholeMap() const {
   const Impl& impl = *impl_;
   SavedMap saved{*impl.atlas_->main().Mapped(), impl.loaded_trajectory_, *impl.class_names_,
                  impl.atlas_->Others()};
+  FollowUnits(saved.map, saved.trajectory);
   AdoptPoses(impl.session().tracker().trajectory(), 1, saved.trajectory);
   saved.recordings = impl.loaded_recordings_;
   if (FramesOf(saved) > impl.first_index_) saved.recordings.push_back(impl.recording_);

@@ -51,12 +51,18 @@ bool Parting::Update(const Image& image) {
     few_since_.reset();
   else if (!few_since_)
     few_since_ = image.timestamp;
-  if (links_ && image.links < *links_ - kShorter) links_.reset();
+  const auto is_later = [&] { return image.keyframe_frame >= frame_; };
+  if (links_ && image.links < *links_ - kShorter && (is_later() || !later_leads_)) links_.reset();
   const bool is_blind = few_since_ && image.timestamp - *few_since_ >= kSeconds;
   const bool parts = is_blind || image.agreeing < kAgreeing;
-  if (parts && !links_) frame_ = image.frame;
-  if (parts) links_ = std::min(image.links, links_.value_or(image.links));
-  return parts || (links_ && image.keyframe_frame >= frame_);
+  if (parts) {
+    if (!links_ || later_leads_) frame_ = image.frame;
+    links_ = std::min(image.links, links_.value_or(image.links));
+    last_frame_ = image.frame;
+  }
+  // Frames are counted from the first one of the map, over all films that it was made of.
+  later_leads_ = links_ && image.frame - last_frame_ > last_frame_;
+  return parts || (links_ && is_later() != later_leads_);
 }
 
 // Dijkstra's shortest paths. Keyframes that follow each other are linked where they share nothing,

@@ -28,7 +28,8 @@ class MapDrift {
 // Whether the map may have parted from what was mapped before: the camera passes where next to
 // nothing of the map is in view, or many points of the odometry do not agree on a pose. What is
 // mapped from then on may have another scale, until a shorter chain of views leads to the first
-// keyframe. What was mapped before is as it was.
+// keyframe. Which of the two sides is in doubt is a matter of what the world is: that of the longer
+// one leads, so that a map that began badly does not doubt all that follows.
 class Parting {
  public:
   struct Image {
@@ -44,7 +45,8 @@ class Parting {
  private:
   std::optional<double> few_since_;  // time
   std::optional<double> links_;      // at the parting
-  int frame_ = 0;                    // of the first image of it
+  int frame_ = 0, last_frame_ = 0;   // of the first image of it, and of the last
+  bool later_leads_ = false;         // what came after has lasted longer
 };
 
 }  // namespace oaslam

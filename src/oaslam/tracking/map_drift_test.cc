@@ -72,6 +72,21 @@ TEST(Parting, IsOfWhatIsMappedAfterManyPointsDidNotAgree) {
   EXPECT_TRUE(parting.Update(Seen(1.3, 100, 0.98, 2)));
 }
 
+// Of a map whose first second was wrong, what follows is right.
+TEST(Parting, TheLongerSideLeads) {
+  Parting parting;
+  EXPECT_TRUE(parting.Update(Seen(1.0, 100, 0.5, 2)));
+  EXPECT_TRUE(parting.Update(Seen(2.0, 100, 1, 5)));
+  EXPECT_FALSE(parting.Update(Seen(2.1, 100, 1, 5)));
+  Parting::Image back = Seen(2.2, 100, 1, 1);
+  back.keyframe_frame = 5;
+  EXPECT_TRUE(parting.Update(back));
+  EXPECT_FALSE(parting.Update(Seen(2.3, 100, 1, 5)));
+  EXPECT_TRUE(parting.Update(Seen(2.4, 100, 0.5, 5)));  // parts once more
+  EXPECT_TRUE(parting.Update(Seen(2.9, 100, 1, 6)));
+  EXPECT_FALSE(parting.Update(Seen(3.0, 100, 1, 1)));  // and is tied
+}
+
 TEST(Parting, EndsWhereTheCameraIsBack) {
   Parting parting;
   EXPECT_TRUE(parting.Update(Seen(1.0, 100, 0.5, 2)));

@@ -73,10 +73,26 @@ void OdometryLink::AddKeyframe(KeyframeId id, const Frame& frame) {
   if (keyframes_.size() > kMost) keyframes_.erase(keyframes_.begin());
 }
 
+std::optional<KeyframeId> OdometryLink::Correct(const Frame& frame) {
+  for (const auto& [id, motion] : keyframes_ | std::views::reverse) {
+    if (!motion || motion->run != frame.motion->run) return std::nullopt;
+    if (motion->image > *frame.motion->exchanged_since) continue;
+    starts_ = {{motion, id, {}}};
+    return id;
+  }
+  return std::nullopt;
+}
+
 void OdometryLink::Scale(double factor) {
   for (Start& start : starts_) start.cam_from_reference.translation *= factor;
   if (unit_) unit_->length *= factor;
   depth_ *= factor;
+}
+
+void OdometryLink::Scale(const std::map<KeyframeId, double>& factors) {
+  for (Start& start : starts_)
+    if (const auto found = factors.find(start.reference); found != factors.end())
+      start.cam_from_reference.translation *= found->second;
 }
 
 bool OdometryLink::IsYoung(double timestamp) const { return timestamp - map_began_at_ < kYoung; }

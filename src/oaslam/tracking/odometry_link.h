@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -43,8 +44,13 @@ class OdometryLink {
   void See(const TrackedFrame& seen, double depth, const Map& map, const TrackedFrame* before);
   // Takes an image that becomes a keyframe of the map.
   void AddKeyframe(KeyframeId id, const Frame& frame);
+  // Takes an image with which the odometry corrected its motion (FrameMotion::exchanged_since). The
+  // newest keyframe that was right, from which predictions start now; nothing where none is known.
+  std::optional<KeyframeId> Correct(const Frame& frame);
   // Follows a map of which all lengths were multiplied by `factor`.
   void Scale(double factor);
+  // The same of what is relative to certain keyframes.
+  void Scale(const std::map<KeyframeId, double>& factors);
 
   // The pose by the motion since the last image whose pose the map gave, or since a later keyframe
   // once the mapper has added it. Nothing where the motion is not known, or was only a turn for too

@@ -168,6 +168,8 @@ std::vector<LandmarkId> LandmarksBefore(const Map& map, KeyframeId id) {
   return landmarks;
 }
 
+}  // namespace
+
 TrackReport ByMotionAlone(const OdometryPrediction& predicted) {
   TrackReport report;
   report.cam_from_world = predicted.expected.cam_from_world;
@@ -176,8 +178,6 @@ TrackReport ByMotionAlone(const OdometryPrediction& predicted) {
   report.depth = predicted.depth;
   return report;
 }
-
-}  // namespace
 
 TrackReport TrackFromLastFrame(const Frame& frame, const Map& map, const Features& last_features,
                                const std::vector<LandmarkId>& last_landmarks,

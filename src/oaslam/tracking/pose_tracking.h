@@ -94,6 +94,9 @@ TrackReport FollowMotion(const Frame& frame, const Map& map, const TrackedFrame&
 TrackReport FollowWithoutMotion(const Frame& frame, const Map& map, const TrackedFrame& last,
                                 const TrackDemands& demands);
 
+// The predicted pose, without landmarks.
+TrackReport ByMotionAlone(const OdometryPrediction& predicted);
+
 // Gives an image without features the predicted pose, and the landmarks of the last image where
 // they must be: these are returned as key points of `features`.
 TrackReport CarryByMotion(const Frame& frame, const Map& map, const TrackedFrame& last,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <utility>
 
@@ -53,8 +54,20 @@ void Tracker::Take(const Frame& frame) {
   newest_.frame = frame;
 }
 
+// Poses relative to a keyframe keep their lengths in the unit that it has.
+void Tracker::FollowLoops(const Map& map) {
+  const std::map<KeyframeId, double> changes = units_.ChangesIn(map);
+  if (changes.empty()) return;
+  trajectory_.Scale(changes);
+  link_.Scale(changes);
+  if (auto* following = std::get_if<Following>(&phase_))
+    if (const auto change = changes.find(following->last.reference); change != changes.end())
+      following->last.cam_from_reference.translation *= change->second;
+}
+
 TrackingStep Tracker::Track(const Frame& frame, const Map& map, const TrackingContext& context) {
   Take(frame);
+  FollowLoops(map);
   if (std::holds_alternative<Initializing>(phase_)) return Initialize(frame, context);
   if (std::holds_alternative<Following>(phase_)) return Follow(frame, map, context);
   return Search(frame, map, context);
@@ -126,6 +139,8 @@ TrackingStep Tracker::Begin(const Frame& frame, const Map& map, const TrackingCo
 
 TrackingStep Tracker::Follow(const Frame& frame, const Map& map, const TrackingContext& context) {
   const TrackedFrame& last = std::get<Following>(phase_).last;
+  if (frame.motion && frame.motion->exchanged_since && context.use == MapUse::kExtend)
+    if (auto corrected = Correct(frame, map, context)) return *std::move(corrected);
   const auto predicted = link_.Predict(frame, map, context.use);
   if (predicted && frame.features_skipped) return Carry(frame, map, *predicted, context);
   // In a map that is only read, finding an image costs little more than following it, and the last
@@ -197,6 +212,27 @@ TrackingStep Tracker::Continue(const Frame& frame, const Map& map, const TrackRe
   return step;
 }
 
+// The odometry has found that its last motion was wrong: what was mapped by it is corrected, and
+// the image follows the new motion from the newest keyframe that was right.
+std::optional<TrackingStep> Tracker::Correct(const Frame& frame, const Map& map,
+                                             const TrackingContext& context) {
+  const std::optional<KeyframeId> right = link_.Correct(frame);
+  const auto predicted = right ? link_.Predict(frame, map, context.use) : std::nullopt;
+  if (!predicted || frame.features_skipped) return std::nullopt;
+  TrackReport tracked = ByMotionAlone(*predicted);
+  tracked.landmarks.resize(frame.features->size());
+  tracked.depth = predicted->depth;
+  const TrackedFrame seen = Placed(frame, map, tracked);
+  Following& following = Remember(seen, tracked, TrackingState::kOdometry, map);
+  TrackingStep step{certainty_.PoseToReport(frame, map, tracked, TrackingState::kOdometry, link_,
+                                            context.use, following.best_confidence)};
+  ObserveObjects(seen, map, context, step);
+  InsertKeyframe(seen, map, tracked, context, step);
+  std::get<KeyframeInsertion>(step.command->edit).right_until = *right;
+  step.command->is_urgent = true;
+  return step;
+}
+
 // Goes on by the motion since the last image, without having looked for the map: its landmarks are
 // shown where they must be.
 TrackingStep Tracker::Carry(const Frame& frame, const Map& map, const OdometryPrediction& predicted,
@@ -254,9 +290,15 @@ void Tracker::ObserveObjects(const TrackedFrame& seen, const Map& map,
 
 void Tracker::MakeKeyframe(const TrackedFrame& seen, const Map& map, const TrackReport& tracked,
                            const TrackingContext& context, TrackingStep& step) {
-  const Frame& frame = seen.frame;
-  const KeyframeNeed need = keyframes_.Need(frame, map, tracked, step.pose.state, link_);
+  const KeyframeNeed need = keyframes_.Need(seen.frame, map, tracked, step.pose.state, link_);
   if (need == KeyframeNeed::kNone) return;
+  InsertKeyframe(seen, map, tracked, context, step);
+  step.command->is_urgent = need == KeyframeNeed::kUrgent;
+}
+
+void Tracker::InsertKeyframe(const TrackedFrame& seen, const Map& map, const TrackReport& tracked,
+                             const TrackingContext& context, TrackingStep& step) {
+  const Frame& frame = seen.frame;
   const KeyframeId id((*context.next_keyframe)++);
   link_.AddKeyframe(id, frame);
   keyframes_.Made(id, frame.timestamp, tracked.inliers);
@@ -265,7 +307,6 @@ void Tracker::MakeKeyframe(const TrackedFrame& seen, const Map& map, const Track
   step.command = TakeRest();
   step.command->edit =
       KeyframeInsertion{id, seen, link_.MotionsToKeyframes(frame), map.loops_closed};
-  step.command->is_urgent = need == KeyframeNeed::kUrgent;
 }
 
 // Gives the images in which the camera was lost, and which have no pose yet, the one by the motion
@@ -293,6 +334,7 @@ void Tracker::GoOnAs(Tracker other, double scale) {
   other.newest_.relocalization = newest_.relocalization;
   other.map_is_loaded_ = map_is_loaded_;
   other.certainty_ = {};
+  other.units_.BeginAnew();
   *this = std::move(other);
 }
 

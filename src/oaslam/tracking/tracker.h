@@ -14,6 +14,7 @@
 #include "oaslam/tracking/image_pose.h"
 #include "oaslam/tracking/initializer.h"
 #include "oaslam/tracking/keyframe_decision.h"
+#include "oaslam/tracking/keyframe_units.h"
 #include "oaslam/tracking/lost_camera.h"
 #include "oaslam/tracking/object_watch.h"
 #include "oaslam/tracking/odometry_link.h"
@@ -93,7 +94,10 @@ class Tracker {
   void GoOnAs(Tracker other, double scale);
   // Takes over the poses of a submap that was joined with the map and scaled by `scale`, for images
   // that have no pose by points here.
-  void Adopt(const std::vector<FramePose>& poses, double scale) { trajectory_.Adopt(poses, scale); }
+  void Adopt(const std::vector<FramePose>& poses, double scale) {
+    trajectory_.Adopt(poses, scale);
+    units_.BeginAnew();
+  }
   // Makes the tracker lose its pose, if it has one: the next image is relocalized. `near`: where
   // the camera may be, world_from_cam; it is looked for there first until it is found.
   void ForceRelocalization(const std::optional<Rigid3>& near);
@@ -122,13 +126,17 @@ class Tracker {
   // Poses of all images so far, relative to keyframes of the map or retired ones.
   const std::vector<FramePose>& trajectory() const { return trajectory_.poses(); }
   // Refines the poses of images that are not refined yet against the finished map.
-  void RefineTrajectory(const Map& map) { trajectory_.RefinePosesBefore(map, INT_MAX); }
+  void RefineTrajectory(const Map& map) {
+    FollowLoops(map);
+    trajectory_.RefinePosesBefore(map, INT_MAX);
+  }
 
  private:
   // cam_from_reference of a pose.
   static Rigid3 RelativeTo(const Map& map, KeyframeId reference, const Rigid3& cam_from_world);
   static TrackedFrame Placed(const Frame& frame, const Map& map, const TrackReport& tracked);
   void Take(const Frame& frame);
+  void FollowLoops(const Map& map);
   // Of each phase: what becomes of an image.
   TrackingStep Initialize(const Frame& frame, const TrackingContext& context);
   TrackingStep Follow(const Frame& frame, const Map& map, const TrackingContext& context);
@@ -137,6 +145,8 @@ class Tracker {
   // The image has a pose in the map, or one by its motion.
   TrackingStep Continue(const Frame& frame, const Map& map, const TrackReport& tracked,
                         TrackingState state, const TrackingContext& context);
+  std::optional<TrackingStep> Correct(const Frame& frame, const Map& map,
+                                      const TrackingContext& context);
   TrackingStep Carry(const Frame& frame, const Map& map, const OdometryPrediction& predicted,
                      const TrackingContext& context);
   Following& Remember(const TrackedFrame& seen, const TrackReport& tracked, TrackingState state,
@@ -145,6 +155,8 @@ class Tracker {
                       TrackingStep& step);
   void MakeKeyframe(const TrackedFrame& seen, const Map& map, const TrackReport& tracked,
                     const TrackingContext& context, TrackingStep& step);
+  void InsertKeyframe(const TrackedFrame& seen, const Map& map, const TrackReport& tracked,
+                      const TrackingContext& context, TrackingStep& step);
   void PlaceLostImages(const TrackedFrame& found, const Map& map);
   TrackDemands Demands() const;
 
@@ -175,6 +187,7 @@ class Tracker {
   double usual_spread_ = 0;        // of the landmarks in the image, over the last seconds
   std::vector<LandmarkUse> uses_;  // since the newest keyframe
   Trajectory trajectory_;
+  KeyframeUnits units_;  // that the lengths here have
 };
 
 }  // namespace oaslam

@@ -96,6 +96,17 @@ void Trajectory::Scale(double factor) {
     if (unrefined.carried) unrefined.carried->cam_from_other.translation *= factor;
 }
 
+void Trajectory::Scale(const std::map<KeyframeId, double>& factors) {
+  const auto factor_of = [&](KeyframeId id) {
+    const auto found = factors.find(id);
+    return found == factors.end() ? 1.0 : found->second;
+  };
+  for (FramePose& pose : poses_) pose.cam_from_reference.translation *= factor_of(pose.reference);
+  for (Unrefined& unrefined : unrefined_)
+    if (const FramePose* pose = unrefined.carried ? PoseOf(unrefined.frame_index) : nullptr)
+      unrefined.carried->cam_from_other.translation *= factor_of(pose->reference);
+}
+
 const FramePose* Trajectory::PoseOf(int frame_index) const {
   const auto place = std::ranges::lower_bound(poses_, frame_index, {}, &FramePose::frame_index);
   return place != poses_.end() && place->frame_index == frame_index ? &*place : nullptr;

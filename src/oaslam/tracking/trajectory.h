@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -32,6 +33,8 @@ class Trajectory {
   void Adopt(const std::vector<FramePose>& poses, double scale);
   // Multiplies all lengths, as those of the map were.
   void Scale(double factor);
+  // The same of what is relative to certain keyframes.
+  void Scale(const std::map<KeyframeId, double>& factors);
   // Returns null where the frame has no pose.
   const FramePose* PoseOf(int frame_index) const;
   void Clear();
