@@ -214,9 +214,13 @@ class OASLAM_LOCAL CameraEstimator::Impl {
       pass.calibration.focal_sigma_px =
           std::max(pass.calibration.focal_sigma_px, change * pass.calibration.camera.fx);
       best_ = before = pass;
-      if (stays) break;
+      if (stays) return true;
     }
-    return true;
+    SelfCalibration& last = best_->calibration;
+    last.success = false;
+    last.why_not = fmt::format("the focal length still changed by {:.1f} % in the last of {} maps",
+                               100 * last.RelativeSigma(), kRounds);
+    return false;
   }
 
   void Keep(const Pass& pass) {
