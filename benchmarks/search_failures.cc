@@ -31,10 +31,8 @@
 namespace oaslam {
 namespace {
 
-const double kEvery = getenv("EVERY") ? atof(getenv("EVERY"))
-                                      : 0.1;  // seconds between the windows that are looked at
-constexpr double kLower = 0.9;                // of the cost found: a lower one was missed
-constexpr double kMostChi2 = 16;  // a sighting counts at most as one that is off by four sigmas
+constexpr double kEvery = 0.1;  // seconds between the windows that are looked at
+constexpr double kLower = 0.9;  // of the cost found: a lower one was missed
 
 struct Options {
   uint64_t seed = 0;
@@ -90,8 +88,7 @@ struct Compared {
 double CostAtMinimum(const InverseDepthProblem& loose, const InverseDepthProblem& bare,
                      InverseDepthState& state) {
   InverseDepthSolver().Minimize(loose, {.max_iterations = 20, .tolerance = 1e-5}, state);
-  return CostOf(bare, state, kMostChi2) /
-         std::max<double>(1, static_cast<double>(bare.measurements.size()));
+  return CostOfImages(bare, state);
 }
 
 std::optional<Compared> Compare(const Window& window, const WindowOptions& options,
@@ -103,10 +100,7 @@ std::optional<Compared> Compare(const Window& window, const WindowOptions& optio
     world_from_cam.push_back(*pose);
   }
   const WindowProblem made = ProblemOf(window, options, true);
-  InverseDepthProblem bare = made.problem;
-  bare.velocities.clear();
-  bare.rotations.clear();
-  for (DepthPrior& p : bare.points) p.sigma = 1e6;
+  const InverseDepthProblem bare = WithoutPriors(made.problem);
   InverseDepthProblem loose = bare;
   for (DepthPrior& p : loose.points)
     p.sigma = 20 * std::max(std::abs(p.inverse_depth), window.median_inverse_depth);
@@ -122,10 +116,7 @@ std::optional<Compared> Compare(const Window& window, const WindowOptions& optio
       const Rigid3& pose = world_from_cam[made.images[k]];
       state.poses[k] = (Similarity(pose.Inverse()) * odom_from_world->Inverse()).AsPose();
     }
-    const double m = window.median_inverse_depth;
-    const double candidates[] = {0,       .1 * m, .3 * m, .6 * m, m,     1.6 * m,
-                                 2.5 * m, 4 * m,  6 * m,  9 * m,  14 * m};
-    SearchDepths(candidates, made.problem, state);
+    SearchDepths(window.median_inverse_depth, made.problem, state);
     compared.from_truth = std::min(compared.from_truth, CostAtMinimum(loose, bare, state));
   }
   return compared;

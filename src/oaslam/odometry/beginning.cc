@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "oaslam/estimation/huber.h"
-#include "oaslam/estimation/two_view_models.h"
 #include "oaslam/geometry/degree.h"
 #include "oaslam/geometry/pose_step.h"
+#include "oaslam/odometry/two_images.h"
 #include "oaslam/util/median.h"
 
 namespace oaslam {
@@ -33,23 +33,6 @@ BeginningMotion MotionOf(const Rigid3& newest_from_first) {
           newest_from_first.OriginInSource().normalized()};
 }
 
-bool IsSeenByFirstAndNewest(const Window& window, const WindowPoint& p) {
-  return p.anchor == window.images.front().id && !p.sightings.empty() &&
-         p.sightings.back().image == window.newest().id;
-}
-
-RayMatches MatchesOf(const Window& window, const WindowOptions& options) {
-  RayMatches matches;
-  matches.focal_first = matches.focal_second = options.focal_px;
-  for (const WindowPoint& p : window.points) {
-    if (!IsSeenByFirstAndNewest(window, p)) continue;
-    matches.first.push_back(p.ray.homogeneous());
-    matches.second.push_back(p.sightings.back().ray.homogeneous());
-    matches.sigma.push_back(options.sigma_px);
-  }
-  return matches;
-}
-
 // px, the rotation taken away.
 double MedianParallax(const RayMatches& matches, const Rigid3& newest_from_first) {
   std::vector<double> parallax;
@@ -66,11 +49,8 @@ std::vector<BeginningMotion> MotionsToTry(const RayMatches& matches,
   // Samples of 8 and of 4. They find a model in 95 % of cases where 56 % and 38 % are inliers.
   constexpr int kOfEssential = 300, kOfHomography = 150;
   std::vector<BeginningMotion> motions;
-  const auto add = [&](const std::vector<Rigid3>& found) {
-    for (const Rigid3& m : found) motions.push_back(MotionOf(m));
-  };
-  add(MotionsOfEssential(FitEssential(matches, kOfEssential, rng).matrix));
-  add(MotionsOfHomography(FitHomography(matches, kOfHomography, rng).matrix, matches));
+  for (const Rigid3& m : MotionsBetween(matches, kOfEssential, kOfHomography, rng))
+    motions.push_back(MotionOf(m));
   for (int x = -1; x <= 1; ++x)
     for (int y = -1; y <= 1; ++y)
       for (int z = -1; z <= 1; ++z)
@@ -183,8 +163,7 @@ class Beginner {
       const Rigid3 image_from_first(rotation, rotation * (-share * length_ * motion.direction));
       s.state.poses[k] = image_from_first * from_first;
     }
-    constexpr double kDepths[] = {0, 0.1, 0.3, 0.6, 1, 1.6, 2.5, 4, 6, 9, 14};  // inverse
-    SearchDepths(kDepths, made_.problem, s.state);
+    SearchDepths(1, made_.problem, s.state);
     return s;
   }
 
@@ -281,7 +260,7 @@ struct Given {
 };
 
 std::optional<Given> WhatIsGiven(const Window& window, const WindowOptions& options) {
-  Given given{MatchesOf(window, options),
+  Given given{MatchesBetween(window, window.images.front().id, window.newest().id, options),
               window.newest().cam_from_odom * window.images.front().cam_from_odom.Inverse()};
   if (given.matches.size() < kLeastMatches || window.images.size() < kLeastImages)
     return std::nullopt;
@@ -342,8 +321,7 @@ std::vector<Solution> BestTwo(Beginner& beginner, const Given& given, Rng& rng) 
 }  // namespace
 
 int MatchesOfFirst(const Window& window) {
-  return static_cast<int>(std::ranges::count_if(
-      window.points, [&](const WindowPoint& p) { return IsSeenByFirstAndNewest(window, p); }));
+  return MatchesBetween(window, window.images.front().id, window.newest().id, {}).size();
 }
 
 Beginning BeginMotion(const Window& window, const Window* before, const WindowOptions& options,

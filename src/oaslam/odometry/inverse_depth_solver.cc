@@ -380,6 +380,26 @@ double CostOf(const InverseDepthProblem& problem, const InverseDepthState& state
   return Cost(problem, state, outlier_chi2, sightings, costs);
 }
 
+InverseDepthProblem WithoutPriors(InverseDepthProblem problem) {
+  constexpr double kUnknown = 1e6;  // sigma of an inverse depth
+  problem.velocities.clear();
+  problem.turn_rates.clear();
+  problem.rotations.clear();
+  for (DepthPrior& p : problem.points) p.sigma = kUnknown;
+  return problem;
+}
+
+double CostOfImages(const InverseDepthProblem& bare, const InverseDepthState& state) {
+  return CostOf(bare, state, kMostSigmas * kMostSigmas) /
+         std::max<double>(1, static_cast<double>(bare.measurements.size()));
+}
+
+void SearchDepths(double usual, const InverseDepthProblem& problem, InverseDepthState& state) {
+  std::array candidates{0.0, 0.1, 0.3, 0.6, 1.0, 1.6, 2.5, 4.0, 6.0, 9.0, 14.0};
+  for (double& depth : candidates) depth *= usual;
+  SearchDepths(candidates, problem, state);
+}
+
 void SearchDepths(std::span<const double> candidates, const InverseDepthProblem& problem,
                   InverseDepthState& state) {
   SightingsByPair sightings;

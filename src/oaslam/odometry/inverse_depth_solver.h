@@ -94,10 +94,20 @@ inline Eigen::Vector3d ScaledPoint(const Rigid3& to_from_anchor, const Eigen::Ve
 double CostOf(const InverseDepthProblem& problem, const InverseDepthState& state,
               std::optional<double> outlier_chi2 = std::nullopt);
 
+// The problem of the images alone: what was believed of motions and depths counts for nothing.
+InverseDepthProblem WithoutPriors(InverseDepthProblem problem);
+
+inline constexpr double kMostSigmas = 4;  // a measurement that is off by more is an outlier
+// How well the images agree with a state, outliers included: CostOf a measurement of a problem
+// without priors, in which an outlier counts as much as one that hardly fits.
+double CostOfImages(const InverseDepthProblem& bare, const InverseDepthState& state);
+
 // Sets the inverse depth of each point to the one of `candidates` that its measurements fit best,
 // outliers included.
 void SearchDepths(std::span<const double> candidates, const InverseDepthProblem& problem,
                   InverseDepthState& state);
+// From infinity to 14 times `usual`.
+void SearchDepths(double usual, const InverseDepthProblem& problem, InverseDepthState& state);
 
 struct InverseDepthReport {
   MinimizationReport solver;

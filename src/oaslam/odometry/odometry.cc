@@ -313,18 +313,9 @@ void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate)
 // Looks, from time to time, whether another motion explains the newest images better, and takes it.
 // `cost`: WindowFit::cost. Returns whether there was one.
 bool Odometry::LookForRival(double cost, OdometryEstimate& estimate) {
-  constexpr double kSpans[] = {0.2, 0.4};  // seconds
-  constexpr double kEvery = 0.15;          // seconds, .1 is as good
-  constexpr double kStep = 0.01;           // of the usual cost, each image
-  usual_cost_ =
-      usual_cost_ > 0 ? usual_cost_ * std::exp(cost > usual_cost_ ? kStep : -kStep) : cost;
-  const double time_s = window_.newest().time_s;
-  // A wrong motion fits worse than those of the last seconds.
-  if (cost < usual_cost_ || std::abs(time_s - looked_s_) < kEvery) return false;
-  looked_s_ = time_s;
-  looks_at_long_ = !looks_at_long_;
-  std::optional<Rival> rival =
-      BetterMotion(window_, kSpans[looks_at_long_], window_options_, solver_, rng_);
+  const auto span_s = rival_watch_.SpanToLookAt(window_.newest().time_s, cost);
+  if (!span_s) return false;
+  std::optional<Rival> rival = BetterMotion(window_, *span_s, window_options_, solver_, rng_);
   if (!rival) return false;
   window_ = std::move(rival->window);
   const Rigid3 pose = window_.newest().cam_from_odom;

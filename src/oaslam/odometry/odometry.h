@@ -15,6 +15,7 @@
 #include "oaslam/odometry/grey_pyramid.h"
 #include "oaslam/odometry/gyroscope.h"
 #include "oaslam/odometry/inverse_depth_solver.h"
+#include "oaslam/odometry/rivals.h"
 #include "oaslam/odometry/window.h"
 #include "oaslam/util/rng.h"
 
@@ -147,10 +148,8 @@ class Odometry {
   std::vector<Motion> last_motions_;  // of the two newest images, as they were given
   Gyroscope gyroscope_;
   ImageMask mask_;
-  bool is_sure_ = false;   // the newest image fits well
-  double usual_cost_ = 0;  // WindowFit::cost of the last seconds
-  double looked_s_ = 0;    // when a rival motion was looked for
-  bool looks_at_long_ = false;
+  bool is_sure_ = false;  // the newest image fits well
+  RivalWatch rival_watch_;
 };
 
 }  // namespace oaslam

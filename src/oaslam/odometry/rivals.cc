@@ -7,41 +7,19 @@
 #include <utility>
 #include <vector>
 
-#include "oaslam/estimation/two_view_models.h"
+#include "oaslam/odometry/motions_since.h"
 #include "oaslam/odometry/pose_starts.h"
+#include "oaslam/odometry/two_images.h"
 #include "oaslam/util/median.h"
 
 namespace oaslam {
 namespace {
-
-// A sighting that is off by more than four sigmas counts as one that is off by four.
-constexpr double kMostChi2 = 16;
-
-const Eigen::Vector2d* RayIn(const WindowPoint& p, int image) {
-  if (p.anchor == image) return &p.ray;
-  const auto at = std::ranges::lower_bound(p.sightings, image, {}, &Sighting::image);
-  return at != p.sightings.end() && at->image == image ? &at->ray : nullptr;
-}
 
 // The newest keyframe that is at least as old; null where there is none after the first image.
 const WindowImage* KeyframeBefore(const Window& window, double time_s) {
   for (size_t i = window.images.size() - 1; i-- > 1;)
     if (window.images[i].is_keyframe && window.images[i].time_s <= time_s) return &window.images[i];
   return nullptr;
-}
-
-RayMatches MatchesBetween(const Window& window, int first, int second,
-                          const WindowOptions& options) {
-  RayMatches matches;
-  matches.focal_first = matches.focal_second = options.focal_px;
-  for (const WindowPoint& p : window.points) {
-    const Eigen::Vector2d *before = RayIn(p, first), *now = before ? RayIn(p, second) : nullptr;
-    if (!now) continue;
-    matches.first.push_back(before->homogeneous());
-    matches.second.push_back(now->homogeneous());
-    matches.sigma.push_back(options.sigma_px);
-  }
-  return matches;
 }
 
 // Whether most points are in front of both cameras.
@@ -71,138 +49,6 @@ Eigen::Vector3d VelocityBefore(const Window& window, const WindowImage& image) {
          (image.time_s - before->time_s);
 }
 
-// The problem of the images since a keyframe, those before being held: of all of these, as in a
-// fast turn, in which the window's free keyframes span half a second.
-class MotionsSince {
- public:
-  MotionsSince(const Window& window, const WindowImage& pivot, const WindowOptions& options)
-      : window_(window), pivot_(pivot) {
-    Window held = window;
-    for (WindowImage& image : held.images) image.is_held = image.id <= pivot.id;
-    made_ = ProblemOf(held, options, true);
-    bare_ = made_.problem;
-    bare_.velocities.clear();
-    bare_.turn_rates.clear();
-    bare_.rotations.clear();
-    for (DepthPrior& p : bare_.points) p.sigma = 1e6;
-    loose_ = made_.problem;
-    loose_.velocities.clear();
-    loose_.turn_rates.clear();
-    for (size_t k = 0; k < made_.points.size(); ++k)
-      if (IsNew(k)) loose_.points[k].sigma *= 20;
-    sightings_ = std::max<double>(1, static_cast<double>(bare_.measurements.size()));
-  }
-
-  struct Start {
-    InverseDepthState state;
-    double cost = 0;
-  };
-
-  Start Present() const { return Rated(made_.StateOf(window_)); }
-
-  // The newest camera has this motion from the keyframe's; the rotation that is missing is spread
-  // over the time between.
-  Start WithMotion(const Eigen::Quaterniond& newest_from_pivot,
-                   const Eigen::Vector3d& center_in_odom) const {
-    InverseDepthState state = made_.StateOf(window_);
-    const Rigid3 from_pivot = pivot_.cam_from_odom.Inverse();
-    const Eigen::Quaterniond present((window_.newest().cam_from_odom * from_pivot).rotation);
-    const Eigen::AngleAxisd change(newest_from_pivot * present.conjugate());
-    const double seconds = window_.newest().time_s - pivot_.time_s;
-    const Eigen::Vector3d origin = pivot_.cam_from_odom.OriginInSource();
-    for (int k = 0; k < made_.problem.free_poses; ++k) {
-      const WindowImage& image = window_.images[made_.images[k]];
-      const double share = (image.time_s - pivot_.time_s) / seconds;
-      const Eigen::Quaterniond rotation = Eigen::AngleAxisd(share * change.angle(), change.axis()) *
-                                          Eigen::Quaterniond(image.cam_from_odom.rotation);
-      const Eigen::Vector3d center = origin + share * (center_in_odom - origin);
-      state.poses[k] = Rigid3(Rigid3::Rotation(rotation), rotation * -center);
-    }
-    return WithDepths(std::move(state));
-  }
-
-  // Some images have these poses (by id, ascending), and those between them change as they do.
-  Start WithPoses(std::span<const std::pair<int, Rigid3>> poses) const {
-    InverseDepthState state = made_.StateOf(window_);
-    std::vector<Change> changes{{pivot_.time_s}};
-    for (const auto& [id, pose] : poses) {
-      const WindowImage& image = window_.Image(id);
-      changes.push_back(
-          {image.time_s,
-           Eigen::Quaterniond(pose.rotation * image.cam_from_odom.rotation.conjugate()),
-           pose.OriginInSource() - image.cam_from_odom.OriginInSource()});
-    }
-    for (int k = 0; k < made_.problem.free_poses; ++k) {
-      const WindowImage& image = window_.images[made_.images[k]];
-      size_t next = 1;
-      while (next + 1 < changes.size() && changes[next].time_s < image.time_s) ++next;
-      const Change &before = changes[next - 1], &after = changes[next];
-      const double share = (image.time_s - before.time_s) / (after.time_s - before.time_s);
-      const Eigen::Quaterniond rotation =
-          before.turn.slerp(share, after.turn) * Eigen::Quaterniond(image.cam_from_odom.rotation);
-      const Eigen::Vector3d center =
-          image.cam_from_odom.OriginInSource() + (1 - share) * before.way + share * after.way;
-      state.poses[k] = Rigid3(Rigid3::Rotation(rotation), rotation * -center);
-    }
-    return WithDepths(std::move(state));
-  }
-
-  void ApplyTo(Window& window, const Start& start) const { made_.Apply(start.state, window); }
-
-  void Improve(int iterations, InverseDepthSolver& solver, Start& start) const {
-    solver.Minimize(loose_, {.max_iterations = iterations, .tolerance = 1e-4}, start.state);
-    start.cost = CostOf(bare_, start.state, kMostChi2) / sightings_;
-  }
-
-  Window Made(const Start& start) const {
-    Window window = window_;
-    made_.Apply(start.state, window);
-    for (size_t k = 0; k < made_.points.size(); ++k) {
-      if (!IsNew(k)) continue;
-      WindowPoint& p = window.points[made_.points[k]];
-      p.prior_inverse_depth = p.inverse_depth;
-      p.prior_sigma = std::max(std::abs(p.inverse_depth), window.median_inverse_depth);
-    }
-    return window;
-  }
-
- private:
-  // Of the pose of an image: its rotation from the left, and its centre.
-  struct Change {
-    double time_s = 0;
-    Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
-    Eigen::Vector3d way = Eigen::Vector3d::Zero();
-  };
-
-  // Depths that rest on the motion are searched.
-  Start WithDepths(InverseDepthState state) const {
-    const double m = window_.median_inverse_depth;
-    const double depths[] = {0, .1 * m, .3 * m, .6 * m, m, 1.6 * m, 2.5 * m, 4 * m, 6 * m, 9 * m};
-    InverseDepthState searched = state;
-    SearchDepths(depths, bare_, searched);
-    for (size_t k = 0; k < made_.points.size(); ++k)
-      if (IsNew(k)) state.inverse_depths[k] = searched.inverse_depths[k];
-    return Rated(std::move(state));
-  }
-
-  Start Rated(InverseDepthState state) const {
-    const double cost = CostOf(bare_, state, kMostChi2) / sightings_;
-    return {std::move(state), cost};
-  }
-
-  // Its depth rests on the motion that is in question.
-  bool IsNew(size_t k) const {
-    const WindowPoint& p = window_.points[made_.points[k]];
-    return p.anchor >= pivot_.id || !p.HasDepth();
-  }
-
-  const Window& window_;
-  const WindowImage& pivot_;
-  WindowProblem made_;
-  InverseDepthProblem bare_, loose_;
-  double sightings_ = 1;
-};
-
 // Images of a window between two of them, with the motion that explains these best.
 struct Segment {
   Window thin;
@@ -223,7 +69,7 @@ std::vector<size_t> PointsOf(const Window& window, const Window& thin) {
   for (size_t i = 0; i < window.points.size(); ++i) {
     int count = 0;
     for (const WindowImage& image : thin.images)
-      count += RayIn(window.points[i], image.id) != nullptr;
+      count += window.points[i].RayIn(image.id) != nullptr;
     if (count > 1) seen.push_back(i);
   }
   if (seen.size() <= kMost) return seen;
@@ -254,7 +100,7 @@ Segment Thinned(const Window& window, const WindowImage& first, const WindowImag
     WindowPoint point;
     bool has_anchor = false;
     for (const WindowImage& image : thin.images) {
-      const Eigen::Vector2d* ray = RayIn(p, image.id);
+      const Eigen::Vector2d* ray = p.RayIn(image.id);
       if (!ray) continue;
       if (has_anchor) {
         point.sightings.push_back({image.id, Eigen::Vector2f::Zero(), *ray});
@@ -290,10 +136,7 @@ std::optional<Segment> Solved(const Window& window, const WindowImage& first,
   const RayMatches matches = MatchesBetween(window, first.id, last.id, options);
   if (matches.size() < kLeastMatches) return std::nullopt;
 
-  std::vector<Rigid3> motions = MotionsOfEssential(FitEssential(matches, kOfEssential, rng).matrix);
-  for (const Rigid3& m :
-       MotionsOfHomography(FitHomography(matches, kOfHomography, rng).matrix, matches))
-    motions.push_back(m);
+  std::vector<Rigid3> motions = MotionsBetween(matches, kOfEssential, kOfHomography, rng);
   std::erase_if(motions, [&](const Rigid3& m) { return !IsInFront(matches, m); });
   Segment segment = Thinned(window, first, last);
   const Window thin = segment.thin;
@@ -303,22 +146,25 @@ std::optional<Segment> Solved(const Window& window, const WindowImage& first,
                         origin = first.cam_from_odom.OriginInSource();
   const double way = std::max(velocity.norm() * seconds, 1e-3 / window.median_inverse_depth);
   std::vector<MotionsSince::Start> starts;
+  const auto add = [&](const Eigen::Quaterniond& last_from_first, const Eigen::Vector3d& moved) {
+    const Rigid3::Rotation rotation(last_from_first *
+                                    Eigen::Quaterniond(first.cam_from_odom.rotation));
+    for (const double stretch : kStretches) {
+      const std::pair pose(last.id, Rigid3(rotation, rotation * -(origin + stretch * moved)));
+      starts.push_back(since.WithPoses(std::span(&pose, 1)));
+    }
+  };
   for (const Rigid3& motion : motions)
-    for (const double stretch : kStretches)
-      starts.push_back(since.WithMotion(Eigen::Quaterniond(motion.rotation),
-                                        origin + stretch * way *
-                                                     (first.cam_from_odom.rotation.conjugate() *
-                                                      motion.OriginInSource().normalized())));
+    add(Eigen::Quaterniond(motion.rotation),
+        way * (first.cam_from_odom.rotation.conjugate() * motion.OriginInSource().normalized()));
   std::vector<Eigen::Vector2d> before, now;
   for (int i = 0; i < matches.size(); ++i) {
     before.push_back(matches.first[i].head<2>());
     now.push_back(matches.second[i].head<2>());
   }
   const Rigid3 present = last.cam_from_odom * first.cam_from_odom.Inverse();
-  const Eigen::Quaterniond of_flow(
-      RotationBetween(before, now, present.rotation.toRotationMatrix()));
-  for (const double stretch : kStretches)
-    starts.push_back(since.WithMotion(of_flow, origin + stretch * seconds * velocity));
+  add(Eigen::Quaterniond(RotationBetween(before, now, present.rotation.toRotationMatrix())),
+      seconds * velocity);
 
   MotionsSince::Start held = since.Present();
   since.Improve(kFirst, solver, held);
@@ -337,7 +183,7 @@ std::optional<Segment> Solved(const Window& window, const WindowImage& first,
   segment.cost_before = held.cost;
   segment.cost = best->cost;
   if (!segment.IsBetter()) best = &held;
-  since.ApplyTo(segment.thin, *best);
+  segment.thin = since.Made(*best);
   return segment;
 }
 
@@ -408,6 +254,18 @@ std::optional<Rival> BetterMotion(const Window& window, double span_s, const Win
   constexpr double kClearly = 0.97;
   if (!(rival.cost < kClearly * held.cost)) return std::nullopt;
   return Rival{whole.Made(rival), last->id};
+}
+
+std::optional<double> RivalWatch::SpanToLookAt(double time_s, double cost) {
+  constexpr double kShort = 0.2, kLong = 0.4, kEvery = 0.15;  // seconds; .1 is as good
+  constexpr double kRate = 0.3;                               // of the usual cost, per second
+  const double elapsed = std::max(0.0, time_s - std::exchange(time_s_, time_s));
+  const double step = std::min(1.0, kRate * elapsed);
+  usual_cost_ = usual_cost_ > 0 ? usual_cost_ * std::exp(cost > usual_cost_ ? step : -step) : cost;
+  if (cost < usual_cost_ || std::abs(time_s - looked_s_) < kEvery) return std::nullopt;
+  looked_s_ = time_s;
+  looks_at_long_ = !looks_at_long_;
+  return looks_at_long_ ? kLong : kShort;
 }
 
 }  // namespace oaslam

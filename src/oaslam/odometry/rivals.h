@@ -25,4 +25,17 @@ struct Rival {
 std::optional<Rival> BetterMotion(const Window& window, double span_s, const WindowOptions& options,
                                   InverseDepthSolver& solver, Rng& rng);
 
+// When to look for a rival: the images fit worse than those of the last seconds.
+class RivalWatch {
+ public:
+  // `cost`: WindowFit::cost at this time. Returns the span_s to look through the images by; nothing
+  // while they fit as usual, or were looked through just now.
+  std::optional<double> SpanToLookAt(double time_s, double cost);
+
+ private:
+  double usual_cost_ = 0;  // the median of the last seconds
+  double time_s_ = 0, looked_s_ = 0;
+  bool looks_at_long_ = false;
+};
+
 }  // namespace oaslam

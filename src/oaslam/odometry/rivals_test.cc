@@ -88,8 +88,7 @@ class BesideAWall : public testing::Test {
   void Settle() {
     WindowProblem made = ProblemOf(window_, kOptions, true);
     InverseDepthState state = made.StateOf(window_);
-    const double depths[] = {0, 0.1, 0.3, 0.6, 1, 1.6, 2.5, 4, 6, 9};
-    SearchDepths(depths, made.problem, state);
+    SearchDepths(1.0, made.problem, state);
     InverseDepthSolver().Minimize(made.problem, {.max_iterations = 20, .tolerance = 1e-5}, state);
     made.Apply(state, window_);
   }

@@ -67,12 +67,23 @@ class RelativePoses {
   std::vector<std::optional<Rigid3>> poses_;
 };
 
+const Sighting* SightingIn(const WindowPoint& point, int image) {
+  const auto at = std::ranges::lower_bound(point.sightings, image, {}, &Sighting::image);
+  return at != point.sightings.end() && at->image == image ? &*at : nullptr;
+}
+
 }  // namespace
 
 const Eigen::Vector2f* WindowPoint::PxIn(int image) const {
   if (image == anchor) return &anchor_px;
-  const auto at = std::ranges::lower_bound(sightings, image, {}, &Sighting::image);
-  return at != sightings.end() && at->image == image ? &at->px : nullptr;
+  const Sighting* seen = SightingIn(*this, image);
+  return seen ? &seen->px : nullptr;
+}
+
+const Eigen::Vector2d* WindowPoint::RayIn(int image) const {
+  if (image == anchor) return &ray;
+  const Sighting* seen = SightingIn(*this, image);
+  return seen ? &seen->ray : nullptr;
 }
 
 bool Window::Has(int id) const {
@@ -250,7 +261,7 @@ WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool
 }
 
 WindowFit FlagOutliers(const WindowOptions& options, Window& window) {
-  constexpr double kSeconds = 0.5, kMostSigmas = 4;
+  constexpr double kSeconds = 0.5;
   const WindowImage& newest = window.newest();
   WindowFit fit;
   int recent = 0;

@@ -31,8 +31,8 @@ struct Sighting {
 
 struct WindowPoint {
   int anchor = 0;  // id of the image that saw it first
-  Eigen::Vector2f anchor_px;
-  Eigen::Vector2d ray;  // there
+  Eigen::Vector2f anchor_px = Eigen::Vector2f::Zero();
+  Eigen::Vector2d ray = Eigen::Vector2d::Zero();  // there
   double inverse_depth = 1, variance = 1;
   double prior_inverse_depth = 1, prior_sigma = 1;
   std::vector<Sighting> sightings{};  // by image
@@ -43,6 +43,7 @@ struct WindowPoint {
 
   // Where an image saw it; null if it did not.
   const Eigen::Vector2f* PxIn(int image) const;
+  const Eigen::Vector2d* RayIn(int image) const;
   // The depth is known to a third: it helps to guess that of its neighbours.
   bool HasDepth() const { return variance < 0.1 * inverse_depth * inverse_depth; }
 };
@@ -52,7 +53,7 @@ struct WindowOptions {
   // (docs/lab/odometry.md); others were not tried.
   double sigma_px = 0.7;
   double huber_sigmas = 1.5;
-  double outlier_px = 3;  // four sigmas
+  double outlier_px = 3;  // kMostSigmas
   // Change of velocity in a second, in median depths per second: of a hand.
   double velocity_sigma = 1.5;
   // Change of the turn's rate over a second, rad/s, where it is a random walk: of this film, as far
