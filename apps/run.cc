@@ -364,6 +364,8 @@ void Run(const RunOptions& given) {
   if (const std::string uncertain = results.Uncertain();
       !options.common.quiet && !uncertain.empty())
     fmt::print("{}\n", uncertain);
+  if (const std::string loose = results.Loose(); !options.common.quiet && !loose.empty())
+    fmt::print("{}\n", loose);
   if (options.plain.IsUsed() && !options.common.quiet && !saved.map.keyframes.empty())
     fmt::print("to look at it: oaslam view {}\n", options.out);
   view.Finish(saved, interrupted);

@@ -133,6 +133,20 @@ std::string RunResults::Uncertain() const {
   return fmt::format("{} of {} poses were uncertain when they were given: {}", count, poses, where);
 }
 
+std::string RunResults::Loose() const {
+  std::string text;
+  for (const LooseStretch& stretch : loose_)
+    text += fmt::format(
+        "{}{:.1f} to {:.1f} s hang by a loose link ({} shared landmarks at {:.1f} s): the scale "
+        "may "
+        "be another there",
+        text.empty() ? "" : "; ", stretch.from_s, stretch.to_s, stretch.shared, stretch.link_s);
+  return text.empty() ? text
+                      : text +
+                            ". To tie them, film the way there once more, slowly, or come to the "
+                            "same things from another side";
+}
+
 void RunResults::WriteCamera() const {
   const std::string note = !estimate_ ? "as given"
                            : estimate_->is_determined
@@ -200,6 +214,13 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   summary["uncertain"] = std::ranges::count_if(frames_, [](const auto& entry) {
     return entry.second.HasPose() && entry.second.is_uncertain;
   });
+  loose_ = LooseStretches(saved.map, FirstFrameOfLast(saved));
+  summary["loose"] = nlohmann::ordered_json::array();
+  for (const LooseStretch& stretch : loose_)
+    summary["loose"].push_back({{"from", Rounded(stretch.from_s, .001)},
+                                {"to", Rounded(stretch.to_s, .001)},
+                                {"shared", stretch.shared},
+                                {"link", Rounded(stretch.link_s, .001)}});
   summary["unit"] = saved.map.is_metric ? "metre" : "arbitrary";
   if (const auto& by_objects = saved.map.unit_by_objects)
     summary["unit_by_objects"] = {{"sigma", Rounded(by_objects->relative_sigma, 1e-4)},

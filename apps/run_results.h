@@ -6,6 +6,7 @@
 
 #include "frame_inputs.h"
 #include "oaslam/camera_estimation.h"
+#include "oaslam/map/firm_parts.h"
 #include "oaslam/slam.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/trajectory_file.h"
@@ -43,6 +44,9 @@ class RunResults {
   // How many images have a pose that was uncertain when it was given, and in which seconds; empty:
   // none.
   std::string Uncertain() const;
+  // Which stretches of the map hang by a loose link, and what would tie them; empty: none. Known
+  // after Finish.
+  std::string Loose() const;
   // `interrupted`: the run ended early; its results are written nevertheless. Returns the number of
   // frames with a final pose. `submaps`: the trajectories of those of `saved`.
   size_t Finish(const SavedMap& saved, const std::vector<StampedPose>& trajectory,
@@ -59,6 +63,7 @@ class RunResults {
   Camera camera_;
   std::optional<CameraEstimate> estimate_;
   WorldId world_;
+  std::vector<LooseStretch> loose_;
   std::string images_;
   DetectorPace pace_;
   double detector_wall_s_ = 0;

@@ -134,7 +134,7 @@ ImagePose Atlas::ProcessGrowing(const Frame& frame, const TrackingStep& in_main)
     Rest(smaller);
   }
   lost_since_.reset();
-  const ImagePose now = main().tracker().Present(*main().snapshot(), MainContext());
+  const ImagePose now = main().tracker().Present(*main().snapshot());
   return now.cam_from_world ? now : in_main.pose;
 }
 

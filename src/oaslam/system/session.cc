@@ -12,7 +12,7 @@ Session::Session(const SlamConfig& config, Map map, bool map_is_loaded)
 TrackingStep Session::Process(const Frame& frame, const TrackingContext& context) {
   snapshot_ = pipeline_.SnapshotFor(frame.index);
   TrackingStep step = Submitted(tracker_.Track(frame, *snapshot_, context));
-  return tracker_.AwaitsMap() ? tracker_.Begin(frame, *Newest(), context) : step;
+  return tracker_.AwaitsMap() ? tracker_.Begin(frame, *Newest()) : step;
 }
 
 std::optional<TrackingStep> Session::AddDetections(int frame_index,

@@ -62,8 +62,7 @@ Relocalization TrackedAt(const Rigid3& cam_from_world, double depth) {
 
 ImagePose PoseCertainty::PoseToReport(const Frame& frame, const Map& map,
                                       const TrackReport& tracked, TrackingState state,
-                                      const OdometryLink& link, MapUse use,
-                                      double& best_confidence) {
+                                      const OdometryLink& link, double& best_confidence) {
   const bool is_seen = state != TrackingState::kOdometry;
   ImagePose pose{
       .state = state,
@@ -81,14 +80,8 @@ ImagePose PoseCertainty::PoseToReport(const Frame& frame, const Map& map,
   if (is_seen) best_confidence = std::max(best_confidence, ConfidenceOfTracked(pose.inliers));
   const double sigma = std::sqrt(tracked.covariance.topLeftCorner<3, 3>().trace() / 3);
   pose.confidence = best_confidence * (pose.depth > 0 ? ProbablyNear(sigma / pose.depth) : 1);
-  // Points agree less as long as the odometry only begins.
-  const bool is_known = frame.motion && !frame.motion->is_preliminary;
-  const double agreeing = is_known ? frame.motion->agreeing : 1;
-  const bool may_have_parted =
-      use != MapUse::kRead &&
-      parting_.Update({frame.timestamp, pose.inliers, agreeing, links, frame.index,
-                       map.keyframes.At(tracked.reference).frame_index});
-  pose.is_uncertain = may_have_parted || pose.confidence < kSureConfidence ||
+  const bool is_loose = parts_.IsLoose(map, tracked.reference);
+  pose.is_uncertain = is_loose || pose.confidence < kSureConfidence ||
                       SigmaOfPosition(pose.covariance) > kFar * pose.depth;
   return pose;
 }

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "oaslam/estimation/pose_refinement.h"
+#include "oaslam/map/firm_parts.h"
 #include "oaslam/map/frame.h"
 #include "oaslam/map/map.h"
 #include "oaslam/map/relocalization.h"
@@ -50,12 +51,11 @@ class PoseCertainty {
   // confidence of the poses that the map gave since the camera was last lost. It never falls, since
   // a pose near where the motion led is as right as the one before it.
   ImagePose PoseToReport(const Frame& frame, const Map& map, const TrackReport& tracked,
-                         TrackingState state, const OdometryLink& link, MapUse use,
-                         double& best_confidence);
+                         TrackingState state, const OdometryLink& link, double& best_confidence);
 
  private:
   MapDrift drift_;
-  Parting parting_;
+  FirmParts parts_;
 };
 
 }  // namespace oaslam

@@ -16,9 +16,8 @@ class PoseCertaintyTest : public testing::Test {
     tracked_.covariance.diagonal().head<3>().setConstant(1e-4);
   }
 
-  ImagePose Reported(TrackingState state = TrackingState::kTracking, MapUse use = MapUse::kExtend) {
-    return certainty_.PoseToReport(frame_, map_, tracked_, state, OdometryLink(), use,
-                                   best_confidence_);
+  ImagePose Reported(TrackingState state = TrackingState::kTracking) {
+    return certainty_.PoseToReport(frame_, map_, tracked_, state, OdometryLink(), best_confidence_);
   }
 
   Map map_ = synthetic::MakeMap(synthetic::MakeWorld({}), {}).map;
@@ -66,25 +65,20 @@ TEST_F(PoseCertaintyTest, APoseByTheMotionSaysForHowLong) {
   seen.frame.timestamp = 1;
   link.See(seen, 3, map_, nullptr);
   const ImagePose pose = certainty_.PoseToReport(frame_, map_, tracked_, TrackingState::kOdometry,
-                                                 link, MapUse::kExtend, best_confidence_);
+                                                 link, best_confidence_);
   EXPECT_EQ(pose.source, PoseSource::kMotion);
   EXPECT_DOUBLE_EQ(pose.seconds_without_map, 3);
 }
 
-// A map that grows past a view without landmarks may have another scale from there on.
-TEST_F(PoseCertaintyTest, OnlyAMapThatGrowsMayPart) {
-  tracked_.inliers = 0;
-  for (const MapUse use : {MapUse::kRead, MapUse::kExtend}) {
-    certainty_ = {};
-    for (frame_.timestamp = 0; frame_.timestamp < 3; frame_.timestamp += 0.1) {
-      tracked_.inliers = frame_.timestamp < 2 ? 0 : 200;
-      best_confidence_ = 1;
-      const bool is_uncertain = Reported(TrackingState::kTracking, use).is_uncertain;
-      if (frame_.timestamp > 2.5) {
-        EXPECT_EQ(is_uncertain, use == MapUse::kExtend);
-      }
-    }
-  }
+// What hardly anything ties to the rest of the map may have another scale.
+TEST_F(PoseCertaintyTest, InALoosePartAPoseIsUncertain) {
+  EXPECT_FALSE(Reported().is_uncertain);
+  const KeyframeId loose(map_.keyframes.Bound().value);
+  Keyframe keyframe = map_.keyframes.At(KeyframeId(0));
+  keyframe.covisible.clear();
+  map_.keyframes.Insert(loose, std::move(keyframe));
+  tracked_.reference = loose;
+  EXPECT_TRUE(Reported().is_uncertain);
 }
 
 }  // namespace

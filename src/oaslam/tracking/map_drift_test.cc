@@ -48,52 +48,5 @@ TEST(MapDrift, WhatSharesNothingIsALinkAway) {
   EXPECT_DOUBLE_EQ(MapDrift().LinksTo(map, KeyframeId(2)), 1.5);
 }
 
-// An image that sees what was mapped two images before it.
-Parting::Image Seen(double timestamp, int inliers, double agreeing, double links) {
-  const int frame = static_cast<int>(std::lround(10 * timestamp));
-  return {timestamp, inliers, agreeing, links, frame, frame - 2};
-}
-
-TEST(Parting, IsWhereNothingIsSeenForAWhile) {
-  Parting parting;
-  EXPECT_FALSE(parting.Update(Seen(1.0, 100, 0.98, 2)));
-  EXPECT_FALSE(parting.Update(Seen(1.1, 10, 0.98, 2)));
-  EXPECT_FALSE(parting.Update(Seen(1.2, 100, 0.98, 2)));
-  EXPECT_FALSE(parting.Update(Seen(1.3, 10, 0.98, 2)));
-  EXPECT_TRUE(parting.Update(Seen(1.6, 10, 0.98, 3)));
-  EXPECT_TRUE(parting.Update(Seen(1.8, 100, 0.98, 4)));
-}
-
-TEST(Parting, IsOfWhatIsMappedAfterManyPointsDidNotAgree) {
-  Parting parting;
-  EXPECT_FALSE(parting.Update(Seen(1.0, 100, 0.9, 2)));
-  EXPECT_TRUE(parting.Update(Seen(1.1, 100, 0.5, 2)));
-  EXPECT_FALSE(parting.Update(Seen(1.2, 100, 0.98, 2)));  // of what was mapped before
-  EXPECT_TRUE(parting.Update(Seen(1.3, 100, 0.98, 2)));
-}
-
-// Of a map whose first second was wrong, what follows is right.
-TEST(Parting, TheLongerSideLeads) {
-  Parting parting;
-  EXPECT_TRUE(parting.Update(Seen(1.0, 100, 0.5, 2)));
-  EXPECT_TRUE(parting.Update(Seen(2.0, 100, 1, 5)));
-  EXPECT_FALSE(parting.Update(Seen(2.1, 100, 1, 5)));
-  Parting::Image back = Seen(2.2, 100, 1, 1);
-  back.keyframe_frame = 5;
-  EXPECT_TRUE(parting.Update(back));
-  EXPECT_FALSE(parting.Update(Seen(2.3, 100, 1, 5)));
-  EXPECT_TRUE(parting.Update(Seen(2.4, 100, 0.5, 5)));  // parts once more
-  EXPECT_TRUE(parting.Update(Seen(2.9, 100, 1, 6)));
-  EXPECT_FALSE(parting.Update(Seen(3.0, 100, 1, 1)));  // and is tied
-}
-
-TEST(Parting, EndsWhereTheCameraIsBack) {
-  Parting parting;
-  EXPECT_TRUE(parting.Update(Seen(1.0, 100, 0.5, 2)));
-  EXPECT_TRUE(parting.Update(Seen(2.0, 100, 1, 5)));
-  EXPECT_FALSE(parting.Update(Seen(3.0, 100, 1, 1)));
-  EXPECT_FALSE(parting.Update(Seen(4.0, 100, 1, 5)));
-}
-
 }  // namespace
 }  // namespace oaslam

@@ -108,7 +108,7 @@ bool Tracker::AwaitsMap() const {
   return initializing && initializing->second.IsValid();
 }
 
-TrackingStep Tracker::Begin(const Frame& frame, const Map& map, const TrackingContext& context) {
+TrackingStep Tracker::Begin(const Frame& frame, const Map& map) {
   auto& phase = std::get<Initializing>(phase_);
   const std::vector<Frame> before = phase.initializer.Reset();
   const KeyframeId first = std::exchange(phase.first, {}), second = std::exchange(phase.second, {});
@@ -133,7 +133,7 @@ TrackingStep Tracker::Begin(const Frame& frame, const Map& map, const TrackingCo
   tracked.depth = depth;
   auto& following = phase_.emplace<Following>(
       TrackedFrame{frame, keyframe->cam_from_world, second, {}, keyframe->landmarks, landmarks});
-  return {certainty_.PoseToReport(frame, map, tracked, TrackingState::kTracking, link_, context.use,
+  return {certainty_.PoseToReport(frame, map, tracked, TrackingState::kTracking, link_,
                                   following.best_confidence)};
 }
 
@@ -195,8 +195,8 @@ TrackingStep Tracker::Continue(const Frame& frame, const Map& map, const TrackRe
   const bool is_seen = state != TrackingState::kOdometry;
   const TrackedFrame seen = Placed(frame, map, tracked);
   Following& following = Remember(seen, tracked, state, map);
-  TrackingStep step{certainty_.PoseToReport(frame, map, tracked, state, link_, context.use,
-                                            following.best_confidence)};
+  TrackingStep step{
+      certainty_.PoseToReport(frame, map, tracked, state, link_, following.best_confidence)};
   ObserveObjects(seen, map, context, step);
   if (is_seen && context.use != MapUse::kHold) PlaceLostImages(seen, map);
   if (is_seen && context.use == MapUse::kHold)
@@ -225,7 +225,7 @@ std::optional<TrackingStep> Tracker::Correct(const Frame& frame, const Map& map,
   const TrackedFrame seen = Placed(frame, map, tracked);
   Following& following = Remember(seen, tracked, TrackingState::kOdometry, map);
   TrackingStep step{certainty_.PoseToReport(frame, map, tracked, TrackingState::kOdometry, link_,
-                                            context.use, following.best_confidence)};
+                                            following.best_confidence)};
   ObserveObjects(seen, map, context, step);
   InsertKeyframe(seen, map, tracked, context, step);
   std::get<KeyframeInsertion>(step.command->edit).right_until = *right;
@@ -247,8 +247,7 @@ TrackingStep Tracker::Carry(const Frame& frame, const Map& map, const OdometryPr
   const TrackingState state = frame.timestamp - link_.seen_at() < kSeconds
                                   ? TrackingState::kTracking
                                   : TrackingState::kOdometry;
-  TrackingStep step{
-      certainty_.PoseToReport(frame, map, carried, state, link_, context.use, best_confidence)};
+  TrackingStep step{certainty_.PoseToReport(frame, map, carried, state, link_, best_confidence)};
   const TrackedFrame seen = Placed(newest_.frame, map, carried);
   ObserveObjects(seen, map, context, step);
   if (!context.IsMapping()) TakeRest();
@@ -354,7 +353,7 @@ void Tracker::ForceRelocalization(const std::optional<Rigid3>& near) {
     phase_ = Lost{.prior = near, .is_pose_doubted = true};
 }
 
-ImagePose Tracker::Present(const Map& map, const TrackingContext& context) {
+ImagePose Tracker::Present(const Map& map) {
   auto* following = std::get_if<Following>(&phase_);
   const auto reference = following ? map.ResolveKeyframe(following->last.reference) : std::nullopt;
   if (!reference) return {};
@@ -367,7 +366,7 @@ ImagePose Tracker::Present(const Map& map, const TrackingContext& context) {
   tracked.depth = map.MedianDepth(reference->by);
   tracked.covariance = last.covariance;
   return certainty_.PoseToReport(last.frame, map, tracked, TrackingState::kRelocalized, link_,
-                                 context.use, following->best_confidence);
+                                 following->best_confidence);
 }
 
 std::string Tracker::why_no_map() const {

@@ -79,7 +79,7 @@ class Tracker {
   bool AwaitsMap() const;
   // Begins to follow the camera in the initial map, or goes on without one where the mapper has
   // refused it.
-  TrackingStep Begin(const Frame& frame, const Map& map, const TrackingContext& context);
+  TrackingStep Begin(const Frame& frame, const Map& map);
 
   // Detections of an image that was given without them (Frame::detections_follow). If it has a
   // pose, they are associated with objects at its present pose. If the camera was lost in it and
@@ -105,7 +105,7 @@ class Tracker {
   void Scale(double factor);
 
   // The pose of the newest image, computed again with `map`; lost where the camera is not followed.
-  ImagePose Present(const Map& map, const TrackingContext& context);
+  ImagePose Present(const Map& map);
 
   bool IsInitializing() const { return std::holds_alternative<Initializing>(phase_); }
   bool HasGivenUp() const { return std::holds_alternative<GivenUp>(phase_); }

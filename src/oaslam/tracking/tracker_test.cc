@@ -36,7 +36,7 @@ class TrackerTest : public testing::Test {
       mapper_.Apply(*step.command);
       Publish();
     }
-    return (tracker_.AwaitsMap() ? tracker_.Begin(frame, *map_, context_) : step).pose;
+    return (tracker_.AwaitsMap() ? tracker_.Begin(frame, *map_) : step).pose;
   }
 
   void Publish() { map_ = mapper_.Publish(); }
@@ -86,11 +86,11 @@ TEST_F(TrackerTest, ShowsItsFrameAndRelocalizesWhenTold) {
 TEST_F(TrackerTest, ScalesThePoseAndItsCovariance) {
   for (int i = 0; i < 50; ++i) Track(View(i, -20 + 0.4 * i));
   Map map = *map_;
-  const ImagePose before = tracker_.Present(map, context_);
+  const ImagePose before = tracker_.Present(map);
   constexpr double kFactor = 3;
   map.Scale(kFactor);
   tracker_.Scale(kFactor);
-  const ImagePose after = tracker_.Present(map, context_);
+  const ImagePose after = tracker_.Present(map);
   ASSERT_TRUE(before.cam_from_world && after.cam_from_world);
   EXPECT_LT(
       (after.cam_from_world->translation - kFactor * before.cam_from_world->translation).norm(),
