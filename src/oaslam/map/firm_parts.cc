@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "oaslam/util/median.h"
 
@@ -10,7 +11,7 @@ namespace {
 
 // Landmarks that hold the scale between two keyframes, and the share of what a keyframe usually
 // sees, where that is little. Set on sixteen films (docs/lab/uncertainty.md).
-constexpr int kEnough = 60;
+constexpr int kEnough = 60, kLeast = 30;
 constexpr double kEnoughShare = 0.2;
 
 }  // namespace
@@ -40,46 +41,45 @@ void FirmParts::LookAtAll(const Map& map) {
       [&](KeyframeId id, const Keyframe& keyframe) { seen_[id] = CountLandmarks(keyframe); });
   const double enough = EnoughShared();
   map.keyframes.ForEach([&](KeyframeId id, const Keyframe&) { Connect(map, id, enough); });
-  ConnectJoined(map);
+  ConnectByObjects(map);
 }
 
 double FirmParts::EnoughShared() const {
   std::vector<double> seen;
   for (const auto& [keyframe, count] : seen_) seen.push_back(count);
-  return std::min<double>(kEnough, kEnoughShare * Median(std::move(seen)));
+  return std::clamp<double>(kEnoughShare * Median(std::move(seen)), kLeast, kEnough);
 }
 
 void FirmParts::Connect(const Map& map, KeyframeId id, double enough) {
-  for (const Covisible& c : map.keyframes.At(id).covisible) {
-    if (c.shared < enough) continue;
-    Unite(id, c.keyframe);
-  }
-  const KeyframeId root = RootOf(id);
-  if (!main_.IsValid() || nodes_.at(root).keyframes > nodes_.at(main_).keyframes) main_ = root;
+  Unite(id, id);
+  for (const Covisible& c : map.keyframes.At(id).covisible)
+    if (c.shared >= enough) Unite(id, c.keyframe);
 }
 
-// To the main part those to which neither landmarks nor a motion lead.
-void FirmParts::ConnectJoined(const Map& map) {
-  std::set<KeyframeId> hang;
-  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
-    const auto look_at = [&](KeyframeId other) {
-      if (!seen_.contains(other) || RootOf(other) == RootOf(id)) return;
-      hang.insert(RootOf(other));
-      hang.insert(RootOf(id));
-    };
-    for (const Covisible& c : keyframe.covisible) look_at(c.keyframe);
-    if (keyframe.motion) look_at(keyframe.motion->from);
+void FirmParts::ConnectByObjects(const Map& map) {
+  constexpr int kEnoughObjects = 3;
+  std::map<std::pair<KeyframeId, KeyframeId>, int> shared;  // objects, by roots
+  map.objects.ForEach([&](ObjectId, const Object& object) {
+    if (object.state != ObjectState::kMapped) return;
+    std::set<KeyframeId> parts;
+    for (const ObjectObservation& o : object.observations)
+      if (seen_.contains(o.reference)) parts.insert(RootOf(o.reference));
+    for (const KeyframeId one : parts)
+      for (const KeyframeId other : parts)
+        if (one < other) ++shared[{one, other}];
   });
-  for (const auto& [id, count] : seen_)
-    if (!hang.contains(RootOf(id))) Unite(main_, id);
+  for (const auto& [roots, objects] : shared)
+    if (objects >= kEnoughObjects) Unite(roots.first, roots.second);
 }
 
 void FirmParts::Unite(KeyframeId id, KeyframeId other_id) {
   const KeyframeId one = RootOf(id), other = RootOf(other_id);
-  if (one == other) return;
-  nodes_.at(one).keyframes += nodes_.at(other).keyframes;
-  nodes_.at(other).parent = one;
-  if (main_ == other) main_ = one;
+  if (one != other) {
+    nodes_.at(one).keyframes += nodes_.at(other).keyframes;
+    nodes_.at(other).parent = one;
+  }
+  if (main_.IsValid()) main_ = RootOf(main_);
+  if (!main_.IsValid() || nodes_.at(one).keyframes > nodes_.at(main_).keyframes) main_ = one;
 }
 
 KeyframeId FirmParts::RootOf(KeyframeId id) {

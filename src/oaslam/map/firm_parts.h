@@ -13,9 +13,9 @@ int CountLandmarks(const Keyframe& keyframe);
 // The parts of a map that are firm in themselves: the connected components of its covisibility
 // graph, in which two keyframes are connected that share enough landmarks. A few landmarks, or the
 // camera's motion alone, as in a narrow door, hardly hold the scale: what lies behind such a link
-// may have another one, until it is seen from elsewhere. A submap that was joined hangs by no such
-// link: what both saw, also objects, was enough to find how it lies. The part with the most
-// keyframes is the main one, so that a map that began badly does not doubt all that follows.
+// may have another one, until it is seen from elsewhere. Three objects that two parts see
+// tell the scale, too: by them the submaps of a camera that was lost are joined. The part with the
+// most keyframes is the main one, so that a map that began badly does not doubt all that follows.
 class FirmParts {
  public:
   // Whether a keyframe is in another part than the main one. Looks at all keyframes after a loop
@@ -31,7 +31,7 @@ class FirmParts {
   void LookAtAll(const Map& map);
   double EnoughShared() const;
   void Connect(const Map& map, KeyframeId id, double enough);
-  void ConnectJoined(const Map& map);
+  void ConnectByObjects(const Map& map);
   void Unite(KeyframeId one, KeyframeId other);
   KeyframeId RootOf(KeyframeId id);
 

@@ -69,22 +69,23 @@ TEST(FirmParts, GrowWithTheMap) {
   EXPECT_FALSE(parts.IsLoose(map, KeyframeId(4)));
 }
 
-// Where the camera was lost between the rooms, and objects or points told how they lie.
-TEST(FirmParts, ASubmapThatWasJoinedIsFirm) {
+// As where a lost camera was found by objects: it saw some of them before.
+TEST(FirmParts, ThreeObjectsTieTwoParts) {
   Map map = TwoRooms(20);
-  std::erase_if(map.keyframes.MutableAt(KeyframeId(4)).covisible,
-                [](const Covisible& c) { return c.keyframe == KeyframeId(5); });
-  std::erase_if(map.keyframes.MutableAt(KeyframeId(5)).covisible,
-                [](const Covisible& c) { return c.keyframe == KeyframeId(4); });
+  for (uint32_t i = 0; i < 3; ++i) {
+    EXPECT_TRUE(FirmParts().IsLoose(map, KeyframeId(2))) << i << " objects";
+    Object object;
+    object.state = ObjectState::kMapped;
+    for (const uint32_t reference : {1U, 9U})
+      object.observations.push_back({.reference = KeyframeId(reference)});
+    map.objects.Insert(ObjectId(i), std::move(object));
+  }
   EXPECT_FALSE(FirmParts().IsLoose(map, KeyframeId(2)));
-  map.keyframes.MutableAt(KeyframeId(5)).motion.emplace().from = KeyframeId(4);
-  EXPECT_TRUE(FirmParts().IsLoose(map, KeyframeId(2))) << "carried on by the motion alone";
 }
 
-// Where keyframes see a hundred landmarks, twenty are enough.
 TEST(FirmParts, OfFewLandmarksAFifthIsEnough) {
-  Map map = TwoRooms(22);
-  for (uint32_t k = 0; k < 13; ++k) map.keyframes.MutableAt(KeyframeId(k)).landmarks.resize(100);
+  Map map = TwoRooms(42);
+  for (uint32_t k = 0; k < 13; ++k) map.keyframes.MutableAt(KeyframeId(k)).landmarks.resize(200);
   EXPECT_FALSE(FirmParts().IsLoose(map, KeyframeId(2)));
 }
 

@@ -81,7 +81,13 @@ ImagePose PoseCertainty::PoseToReport(const Frame& frame, const Map& map,
   const double sigma = std::sqrt(tracked.covariance.topLeftCorner<3, 3>().trace() / 3);
   pose.confidence = best_confidence * (pose.depth > 0 ? ProbablyNear(sigma / pose.depth) : 1);
   const bool is_loose = parts_.IsLoose(map, tracked.reference);
-  pose.is_uncertain = is_loose || pose.confidence < kSureConfidence ||
+  // What is seen now has no keyframe yet that would tell whether it is loose. Points of the
+  // odometry agree less as long as it only begins.
+  constexpr double kLongWithoutMap = 0.2, kAgreeing = 0.8;
+  const bool may_come_loose =
+      pose.seconds_without_map >= kLongWithoutMap ||
+      (frame.motion && !frame.motion->is_preliminary && frame.motion->agreeing < kAgreeing);
+  pose.is_uncertain = is_loose || may_come_loose || pose.confidence < kSureConfidence ||
                       SigmaOfPosition(pose.covariance) > kFar * pose.depth;
   return pose;
 }
