@@ -134,16 +134,17 @@ std::string RunResults::Uncertain() const {
 }
 
 std::string RunResults::Loose() const {
+  constexpr double kLeast = 1;  // seconds: less is an image or two in a door
   std::string text;
   for (const LooseStretch& stretch : loose_)
-    text += fmt::format(
-        "{}{:.1f} to {:.1f} s hang by a loose link ({} shared landmarks at {:.1f} s): the scale "
-        "may "
-        "be another there",
-        text.empty() ? "" : "; ", stretch.from_s, stretch.to_s, stretch.shared, stretch.link_s);
+    if (stretch.to_s - stretch.from_s >= kLeast)
+      text += fmt::format(
+          "{}{:.1f} to {:.1f} s hang by a loose link ({} shared landmarks at {:.1f} s): the scale "
+          "may be another there",
+          text.empty() ? "" : "; ", stretch.from_s, stretch.to_s, stretch.shared, stretch.link_s);
   return text.empty() ? text
                       : text +
-                            ". To tie them, film the way there once more, slowly, or come to the "
+                            "\nto tie them, film the way there once more, slowly, or come to the "
                             "same things from another side";
 }
 

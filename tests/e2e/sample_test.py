@@ -74,6 +74,7 @@ class TestSample(harness.InFolder):
         assert summary["keyframes"] == len(harness.read_tum(self.result("keyframes.txt")))
         assert summary["objects"] == len(harness.read_json(self.result("objects.json")))
         assert summary["landmarks"] > 500
+        assert summary["loose"] == []
         assert summary["mean_iou"] > 0.6
         assert summary["ate"] < 0.015
 

@@ -77,7 +77,7 @@ TEST(FirmParts, ThreeObjectsTieTwoParts) {
     Object object;
     object.state = ObjectState::kMapped;
     for (const uint32_t reference : {1U, 9U})
-      object.observations.push_back({.reference = KeyframeId(reference)});
+      object.observations.emplace_back().reference = KeyframeId(reference);
     map.objects.Insert(ObjectId(i), std::move(object));
   }
   EXPECT_FALSE(FirmParts().IsLoose(map, KeyframeId(2)));
