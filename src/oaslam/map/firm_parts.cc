@@ -10,7 +10,7 @@ namespace oaslam {
 namespace {
 
 // Landmarks that hold the scale between two keyframes, and the share of what a keyframe usually
-// sees, where that is little. Set on sixteen films (docs/lab/uncertainty.md).
+// sees, where that is little. Set on fifteen films (docs/lab/uncertainty.md).
 constexpr int kEnough = 60, kLeast = 30;
 constexpr double kEnoughShare = 0.2;
 
@@ -25,11 +25,11 @@ bool FirmParts::IsLoose(const Map& map, KeyframeId id) {
   if (nodes_.empty() || map.loops_closed != loops_closed_) {
     LookAtAll(map);
   } else if (!seen_.contains(id)) {
-    // Its neighbours may have come to share more since they were looked at.
     seen_[id] = CountLandmarks(map.keyframes.At(id));
-    const double enough = EnoughShared();
-    Connect(map, id, enough);
-    for (const Covisible& c : map.keyframes.At(id).covisible) Connect(map, c.keyframe, enough);
+    LearnEnough();
+    // Its neighbours may have come to share more since they were looked at.
+    Connect(map, id);
+    for (const Covisible& c : map.keyframes.At(id).covisible) Connect(map, c.keyframe);
   }
   return RootOf(id) != main_;
 }
@@ -39,21 +39,24 @@ void FirmParts::LookAtAll(const Map& map) {
   loops_closed_ = map.loops_closed;
   map.keyframes.ForEach(
       [&](KeyframeId id, const Keyframe& keyframe) { seen_[id] = CountLandmarks(keyframe); });
-  const double enough = EnoughShared();
-  map.keyframes.ForEach([&](KeyframeId id, const Keyframe&) { Connect(map, id, enough); });
+  LearnEnough();
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe&) { Connect(map, id); });
   ConnectByObjects(map);
 }
 
-double FirmParts::EnoughShared() const {
+// Each time the map has grown by half, so that a keyframe's time does not grow with the map.
+void FirmParts::LearnEnough() {
+  if (2 * seen_.size() < 3 * learned_of_) return;
+  learned_of_ = seen_.size();
   std::vector<double> seen;
   for (const auto& [keyframe, count] : seen_) seen.push_back(count);
-  return std::clamp<double>(kEnoughShare * Median(std::move(seen)), kLeast, kEnough);
+  enough_ = std::clamp<double>(kEnoughShare * Median(std::move(seen)), kLeast, kEnough);
 }
 
-void FirmParts::Connect(const Map& map, KeyframeId id, double enough) {
+void FirmParts::Connect(const Map& map, KeyframeId id) {
   Unite(id, id);
   for (const Covisible& c : map.keyframes.At(id).covisible)
-    if (c.shared >= enough) Unite(id, c.keyframe);
+    if (c.shared >= enough_) Unite(id, c.keyframe);
 }
 
 void FirmParts::ConnectByObjects(const Map& map) {
@@ -63,7 +66,7 @@ void FirmParts::ConnectByObjects(const Map& map) {
     if (object.state != ObjectState::kMapped) return;
     std::set<KeyframeId> parts;
     for (const ObjectObservation& o : object.observations)
-      if (seen_.contains(o.reference)) parts.insert(RootOf(o.reference));
+      if (const auto carried = map.ResolveKeyframe(o.reference)) parts.insert(RootOf(carried->by));
     for (const KeyframeId one : parts)
       for (const KeyframeId other : parts)
         if (one < other) ++shared[{one, other}];
@@ -72,14 +75,16 @@ void FirmParts::ConnectByObjects(const Map& map) {
     if (objects >= kEnoughObjects) Unite(roots.first, roots.second);
 }
 
+// The larger part keeps its root, so that the way to a root is short.
 void FirmParts::Unite(KeyframeId id, KeyframeId other_id) {
-  const KeyframeId one = RootOf(id), other = RootOf(other_id);
-  if (one != other) {
-    nodes_.at(one).keyframes += nodes_.at(other).keyframes;
-    nodes_.at(other).parent = one;
+  KeyframeId larger = RootOf(id), smaller = RootOf(other_id);
+  if (nodes_.at(larger).keyframes < nodes_.at(smaller).keyframes) std::swap(larger, smaller);
+  if (larger != smaller) {
+    nodes_.at(larger).keyframes += nodes_.at(smaller).keyframes;
+    nodes_.at(smaller).parent = larger;
   }
   if (main_.IsValid()) main_ = RootOf(main_);
-  if (!main_.IsValid() || nodes_.at(one).keyframes > nodes_.at(main_).keyframes) main_ = one;
+  if (!main_.IsValid() || nodes_.at(larger).keyframes > nodes_.at(main_).keyframes) main_ = larger;
 }
 
 KeyframeId FirmParts::RootOf(KeyframeId id) {
@@ -92,24 +97,27 @@ KeyframeId FirmParts::RootOf(KeyframeId id) {
 }
 
 std::vector<LooseStretch> LooseStretches(const Map& map, int first_frame) {
+  std::vector<std::pair<double, KeyframeId>> in_time;
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
+    if (keyframe.frame_index >= first_frame) in_time.emplace_back(keyframe.timestamp, id);
+  });
+  std::ranges::sort(in_time);
   FirmParts parts;
   std::vector<LooseStretch> stretches;
   bool goes_on = false;
-  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
-    if (keyframe.frame_index < first_frame) return;
+  for (const auto& [time_s, id] : in_time) {
     const bool is_loose = parts.IsLoose(map, id);
-    if (is_loose && !goes_on) stretches.push_back({.from_s = keyframe.timestamp});
+    if (is_loose && !goes_on) stretches.push_back({time_s, time_s, 0, time_s});
     goes_on = is_loose;
-    if (!is_loose) return;
+    if (!is_loose) continue;
     LooseStretch& stretch = stretches.back();
-    stretch.to_s = keyframe.timestamp;
-    for (const Covisible& c : keyframe.covisible) {
+    stretch.to_s = time_s;
+    for (const Covisible& c : map.keyframes.At(id).covisible) {
       if (c.shared <= stretch.shared || parts.IsLoose(map, c.keyframe)) continue;
       stretch.shared = c.shared;
-      stretch.link_s = keyframe.timestamp;
+      stretch.link_s = time_s;
     }
-    if (stretch.shared == 0) stretch.link_s = stretch.from_s;
-  });
+  }
   return stretches;
 }
 

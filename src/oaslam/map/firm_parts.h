@@ -13,9 +13,10 @@ int CountLandmarks(const Keyframe& keyframe);
 // The parts of a map that are firm in themselves: the connected components of its covisibility
 // graph, in which two keyframes are connected that share enough landmarks. A few landmarks, or the
 // camera's motion alone, as in a narrow door, hardly hold the scale: what lies behind such a link
-// may have another one, until it is seen from elsewhere. Three objects that two parts see tell the
-// scale, too: by them the submaps of a camera that was lost are joined. The part with the most
-// keyframes is the main one, so that a map that began badly does not doubt all that follows.
+// may have another one, until it is seen from elsewhere. After a loop or a joining, three objects
+// that two parts see tie them, too: by such the submaps of a camera that was lost are joined. The
+// part with the most keyframes is the main one, so that a map that began badly does not doubt all
+// that follows.
 class FirmParts {
  public:
   // Whether a keyframe is in another part than the main one. Looks at all keyframes after a loop
@@ -29,14 +30,16 @@ class FirmParts {
   };
 
   void LookAtAll(const Map& map);
-  double EnoughShared() const;
-  void Connect(const Map& map, KeyframeId id, double enough);
+  void LearnEnough();
+  void Connect(const Map& map, KeyframeId id);
   void ConnectByObjects(const Map& map);
   void Unite(KeyframeId one, KeyframeId other);
   KeyframeId RootOf(KeyframeId id);
 
   std::map<KeyframeId, Node> nodes_;
   std::map<KeyframeId, int> seen_;  // landmarks, by keyframe that was looked at
+  double enough_ = 0;               // shared landmarks
+  size_t learned_of_ = 0;           // keyframes, when it was learned
   KeyframeId main_;
   int loops_closed_ = 0;
 };

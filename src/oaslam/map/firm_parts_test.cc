@@ -72,11 +72,12 @@ TEST(FirmParts, GrowWithTheMap) {
 // As where a lost camera was found by objects: it saw some of them before.
 TEST(FirmParts, ThreeObjectsTieTwoParts) {
   Map map = TwoRooms(20);
+  map.retired.Insert(KeyframeId(20), {KeyframeId(1), {}});  // it was culled
   for (uint32_t i = 0; i < 3; ++i) {
     EXPECT_TRUE(FirmParts().IsLoose(map, KeyframeId(2))) << i << " objects";
     Object object;
     object.state = ObjectState::kMapped;
-    for (const uint32_t reference : {1U, 9U})
+    for (const uint32_t reference : {20U, 9U})
       object.observations.emplace_back().reference = KeyframeId(reference);
     map.objects.Insert(ObjectId(i), std::move(object));
   }
@@ -87,6 +88,16 @@ TEST(FirmParts, OfFewLandmarksAFifthIsEnough) {
   Map map = TwoRooms(42);
   for (uint32_t k = 0; k < 13; ++k) map.keyframes.MutableAt(KeyframeId(k)).landmarks.resize(200);
   EXPECT_FALSE(FirmParts().IsLoose(map, KeyframeId(2)));
+}
+
+// Keyframes of submaps that were joined do not ascend with time.
+TEST(FirmParts, StretchesAreInTheOrderOfTime) {
+  Map map = TwoRooms(20);
+  for (uint32_t k = 0; k < 13; ++k) map.keyframes.MutableAt(KeyframeId(k)).timestamp = 12 - k;
+  const std::vector<LooseStretch> stretches = LooseStretches(map, 0);
+  ASSERT_EQ(stretches.size(), 1);
+  EXPECT_EQ(stretches[0].from_s, 8);
+  EXPECT_EQ(stretches[0].to_s, 12);
 }
 
 TEST(FirmParts, StretchesSayWhereTheirLinkIs) {

@@ -81,8 +81,13 @@ bool InsertInitialMap(const InitialMap& initial, Map& map) {
 std::vector<LandmarkId> CorrectMotions(
     KeyframeId right_until, std::span<const std::pair<KeyframeId, KeyframeMotion>> motions,
     Map& map) {
+  // A submap that was joined since has later ids, and earlier images.
+  const Keyframe* last_right = map.keyframes.Find(right_until);
+  const int right_frame = last_right ? last_right->frame_index : -1;
   std::vector<KeyframeId> moved = map.keyframes.Ids();
-  std::erase_if(moved, [&](KeyframeId id) { return id <= right_until; });
+  std::erase_if(moved, [&](KeyframeId id) {
+    return id <= right_until || map.keyframes.At(id).frame_index <= right_frame;
+  });
   std::optional<Rigid3> new_from_old;  // of the keyframe before, in the world
   for (const KeyframeId id : moved) {
     const auto known =
@@ -96,8 +101,12 @@ std::vector<LandmarkId> CorrectMotions(
       keyframe.cam_from_world = old * new_from_old->Inverse();
     new_from_old = keyframe.cam_from_world.Inverse() * old;
   }
-  for (const LandmarkId id : map.landmarks.Ids())
-    if (right_until < map.landmarks.At(id).first_keyframe) map.EraseLandmark(id);
+  for (const LandmarkId id : map.landmarks.Ids()) {
+    const KeyframeId first = map.landmarks.At(id).first_keyframe;
+    if (right_until < first &&
+        (!map.keyframes.Contains(first) || std::ranges::binary_search(moved, first)))
+      map.EraseLandmark(id);
+  }
   for (const KeyframeId id : moved) map.UpdateCovisibility(id);
   std::vector<LandmarkId> made;
   for (const KeyframeId id : moved) {

@@ -38,7 +38,8 @@ class MotionsSince {
   int pivot_;     // index of the image
   int pivot_id_;  // its id
   WindowProblem made_;
-  InverseDepthProblem bare_, loose_;  // by the images alone; with what was known at the pivot
+  InverseDepthProblem bare_;   // by the images alone
+  InverseDepthProblem loose_;  // with what was known of depths at the pivot
 };
 
 }  // namespace oaslam

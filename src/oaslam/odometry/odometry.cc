@@ -91,6 +91,7 @@ void Odometry::BeginAnew() {
   leader_.reset();
   keyframes_.clear();
   doubt_ = 0;
+  rival_watch_ = {};
   last_motions_.clear();
 }
 
@@ -302,9 +303,9 @@ void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate)
     OptimizeWindow(
         PoseStarts(points, window_options_, prior, predicted, pose, RotationOfFlow(predicted),
                    (predicted.OriginInSource() - last.cam_from_odom.OriginInSource()).norm()));
-  estimate.covariance = covariance_;
   WindowFit fit = FlagOutliers(window_options_, window_);
   if (LookForRival(fit.cost, estimate)) fit = FlagOutliers(window_options_, window_);
+  estimate.covariance = covariance_;
   estimate.inliers = fit.inliers;
   UpdateMedianDepth(true, window_);
   estimate.cam_from_odom = window_.newest().cam_from_odom;
@@ -318,6 +319,7 @@ bool Odometry::LookForRival(double cost, OdometryEstimate& estimate) {
   std::optional<Rival> rival = BetterMotion(window_, *span_s, window_options_, solver_, rng_);
   if (!rival) return false;
   window_ = std::move(rival->window);
+  FlagOutliers(window_options_, window_);  // as they are by this motion
   const Rigid3 pose = window_.newest().cam_from_odom;
   OptimizeWindow(std::span(&pose, 1));
   // The velocity of the motion that was wrong says nothing.

@@ -79,7 +79,7 @@ std::vector<size_t> PointsOf(const Window& window, const Window& thin) {
 }
 
 // The two images and up to three between them, with the points that at least two of them see: small
-// enough to be looked at often. What is known of depths from before stays as a prior.
+// enough to be looked at often. What the window believes of depths counts as little as its motion.
 Segment Thinned(const Window& window, const WindowImage& first, const WindowImage& last) {
   constexpr size_t kBetween = 3;
   std::vector<const WindowImage*> since;
@@ -107,15 +107,10 @@ Segment Thinned(const Window& window, const WindowImage& first, const WindowImag
         continue;
       }
       has_anchor = true;
-      const bool is_known = image.id == first.id && p.HasDepth();
       point.anchor = image.id;
       point.ray = *ray;
       point.inverse_depth = window.InverseDepthIn(p, image);
-      point.prior_inverse_depth = is_known ? point.inverse_depth : window.median_inverse_depth;
-      // The depth of a point is off by what its variance says, and by the errors of its place.
-      point.prior_sigma = is_known ? std::max(std::sqrt(p.variance), 0.1 * point.inverse_depth)
-                                   : 20 * window.median_inverse_depth;
-      point.variance = is_known ? p.variance : point.prior_sigma * point.prior_sigma;
+      point.prior_inverse_depth = point.prior_sigma = window.median_inverse_depth;
     }
     thin.points.push_back(std::move(point));
     segment.points.push_back(i);

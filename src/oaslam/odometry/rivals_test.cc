@@ -123,13 +123,42 @@ TEST_F(BesideAWall, TheRightMotionTakesThePlaceOfTheOther) {
   ASSERT_GT(TurnOff(window_), 2) << "the window has left the wrong minimum by itself";
   const std::optional<Rival> rival = Look();
   ASSERT_TRUE(rival);
-  EXPECT_LE(rival->since, kLastRightImage + 2);
+  EXPECT_EQ(rival->since, kLastRightImage);
   EXPECT_LT(TurnOff(rival->window), 0.7);
   const Eigen::Vector3d way = rival->window.newest().cam_from_odom.OriginInSource() -
                               truth_[kLastRightImage].OriginInSource(),
                         true_way = truth_.back().OriginInSource() -
                                    truth_[kLastRightImage].OriginInSource();
   EXPECT_LT(std::acos(std::min(1.0, way.normalized().dot(true_way.normalized()))) / kDegree, 6);
+}
+
+TEST(RivalWatch, LooksWhereTheImagesFitWorseThanUsual) {
+  RivalWatch watch;
+  double time_s = 10;
+  const auto look = [&](double cost) { return watch.SpanToLookAt(time_s += 0.05, cost); };
+  look(1);
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(look(0.9)) << i;
+  const auto first = look(2), again = look(2);
+  ASSERT_TRUE(first);
+  EXPECT_FALSE(again) << "it has just looked";
+  look(2);
+  const auto later = look(2);
+  ASSERT_TRUE(later);
+  EXPECT_NE(*first, *later) << "short and long spans in turn";
+}
+
+// A film whose images fit worse now is looked through until that is usual.
+TEST(RivalWatch, GetsUsedToAFilm) {
+  RivalWatch watch;
+  int early = 0, late = 0;
+  for (int i = 0; i < 600; ++i) {
+    const double cost = i < 30 ? 1 : 2 + 0.01 * (i % 2);
+    const bool looks = watch.SpanToLookAt(i / 30.0, cost).has_value();
+    (i < 60 ? early : late) += i >= 30 && i < 60 && looks;
+    late += i >= 570 && looks;
+  }
+  EXPECT_GT(early, 4);
+  EXPECT_LT(late, early);
 }
 
 }  // namespace

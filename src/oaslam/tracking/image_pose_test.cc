@@ -68,6 +68,7 @@ TEST_F(PoseCertaintyTest, APoseByTheMotionSaysForHowLong) {
                                                  link, best_confidence_);
   EXPECT_EQ(pose.source, PoseSource::kMotion);
   EXPECT_DOUBLE_EQ(pose.seconds_without_map, 3);
+  EXPECT_TRUE(pose.is_uncertain);
 }
 
 // What hardly anything ties to the rest of the map may have another scale.

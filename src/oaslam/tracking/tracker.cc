@@ -230,6 +230,7 @@ std::optional<TrackingStep> Tracker::Correct(const Frame& frame, const Map& map,
   InsertKeyframe(seen, map, tracked, context, step);
   std::get<KeyframeInsertion>(step.command->edit).right_until = *right;
   step.command->is_urgent = true;
+  certainty_ = {};  // what ties the map changes with it
   return step;
 }
 

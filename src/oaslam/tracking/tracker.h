@@ -97,6 +97,7 @@ class Tracker {
   void Adopt(const std::vector<FramePose>& poses, double scale) {
     trajectory_.Adopt(poses, scale);
     units_.BeginAnew();
+    certainty_ = {};
   }
   // Makes the tracker lose its pose, if it has one: the next image is relocalized. `near`: where
   // the camera may be, world_from_cam; it is looked for there first until it is found.
