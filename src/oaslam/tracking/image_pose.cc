@@ -80,15 +80,11 @@ ImagePose PoseCertainty::PoseToReport(const Frame& frame, const Map& map,
   if (is_seen) best_confidence = std::max(best_confidence, ConfidenceOfTracked(pose.inliers));
   const double sigma = std::sqrt(tracked.covariance.topLeftCorner<3, 3>().trace() / 3);
   pose.confidence = best_confidence * (pose.depth > 0 ? ProbablyNear(sigma / pose.depth) : 1);
-  const bool is_loose = parts_.IsLoose(map, tracked.reference);
-  // What is seen now has no keyframe yet that would tell whether it is loose. Points of the
-  // odometry agree less as long as it only begins.
-  constexpr double kLongWithoutMap = 0.2, kAgreeing = 0.8;
-  const bool may_come_loose =
-      pose.seconds_without_map >= kLongWithoutMap ||
-      (frame.motion && !frame.motion->is_preliminary && frame.motion->agreeing < kAgreeing);
-  pose.is_uncertain = is_loose || may_come_loose || pose.confidence < kSureConfidence ||
-                      SigmaOfPosition(pose.covariance) > kFar * pose.depth;
+  // What the motion alone carries on has no keyframe yet that would tell whether it is loose.
+  constexpr double kLongWithoutMap = 0.2;
+  pose.is_uncertain =
+      parts_.IsLoose(map, tracked.reference) || pose.seconds_without_map >= kLongWithoutMap ||
+      pose.confidence < kSureConfidence || SigmaOfPosition(pose.covariance) > kFar * pose.depth;
   return pose;
 }
 
