@@ -4,15 +4,12 @@
 #include <set>
 #include <utility>
 
-#include "oaslam/util/median.h"
-
 namespace oaslam {
 namespace {
 
-// Landmarks that hold the scale between two keyframes, and the share of what a keyframe usually
-// sees, where that is little. Set on fifteen films (docs/lab/uncertainty.md).
-constexpr int kEnough = 60, kLeast = 30;
-constexpr double kEnoughShare = 0.2;
+// Landmarks that hold the scale between two keyframes. More are better in one flat and worse in
+// others (docs/lab/uncertainty.md).
+constexpr int kEnough = 30;
 
 }  // namespace
 
@@ -24,9 +21,7 @@ int CountLandmarks(const Keyframe& keyframe) {
 bool FirmParts::IsLoose(const Map& map, KeyframeId id) {
   if (nodes_.empty() || map.loops_closed != loops_closed_) {
     LookAtAll(map);
-  } else if (!seen_.contains(id)) {
-    seen_[id] = CountLandmarks(map.keyframes.At(id));
-    LearnEnough();
+  } else if (seen_.insert(id).second) {
     // Its neighbours may have come to share more since they were looked at.
     Connect(map, id);
     for (const Covisible& c : map.keyframes.At(id).covisible) Connect(map, c.keyframe);
@@ -37,26 +32,17 @@ bool FirmParts::IsLoose(const Map& map, KeyframeId id) {
 void FirmParts::LookAtAll(const Map& map) {
   *this = {};
   loops_closed_ = map.loops_closed;
-  map.keyframes.ForEach(
-      [&](KeyframeId id, const Keyframe& keyframe) { seen_[id] = CountLandmarks(keyframe); });
-  LearnEnough();
-  map.keyframes.ForEach([&](KeyframeId id, const Keyframe&) { Connect(map, id); });
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe&) {
+    seen_.insert(id);
+    Connect(map, id);
+  });
   ConnectByObjects(map);
-}
-
-// Each time the map has grown by half, so that a keyframe's time does not grow with the map.
-void FirmParts::LearnEnough() {
-  if (2 * seen_.size() < 3 * learned_of_) return;
-  learned_of_ = seen_.size();
-  std::vector<double> seen;
-  for (const auto& [keyframe, count] : seen_) seen.push_back(count);
-  enough_ = std::clamp<double>(kEnoughShare * Median(std::move(seen)), kLeast, kEnough);
 }
 
 void FirmParts::Connect(const Map& map, KeyframeId id) {
   Unite(id, id);
   for (const Covisible& c : map.keyframes.At(id).covisible)
-    if (c.shared >= enough_) Unite(id, c.keyframe);
+    if (c.shared >= kEnough) Unite(id, c.keyframe);
 }
 
 void FirmParts::ConnectByObjects(const Map& map) {

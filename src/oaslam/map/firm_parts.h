@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <vector>
 
 #include "oaslam/map/map.h"
@@ -30,16 +31,13 @@ class FirmParts {
   };
 
   void LookAtAll(const Map& map);
-  void LearnEnough();
   void Connect(const Map& map, KeyframeId id);
   void ConnectByObjects(const Map& map);
   void Unite(KeyframeId one, KeyframeId other);
   KeyframeId RootOf(KeyframeId id);
 
   std::map<KeyframeId, Node> nodes_;
-  std::map<KeyframeId, int> seen_;  // landmarks, by keyframe that was looked at
-  double enough_ = 0;               // shared landmarks
-  size_t learned_of_ = 0;           // keyframes, when it was learned
+  std::set<KeyframeId> seen_;  // keyframes that were looked at
   KeyframeId main_;
   int loops_closed_ = 0;
 };

@@ -84,12 +84,6 @@ TEST(FirmParts, ThreeObjectsTieTwoParts) {
   EXPECT_FALSE(FirmParts().IsLoose(map, KeyframeId(2)));
 }
 
-TEST(FirmParts, OfFewLandmarksAFifthIsEnough) {
-  Map map = TwoRooms(42);
-  for (uint32_t k = 0; k < 13; ++k) map.keyframes.MutableAt(KeyframeId(k)).landmarks.resize(200);
-  EXPECT_FALSE(FirmParts().IsLoose(map, KeyframeId(2)));
-}
-
 // Keyframes of submaps that were joined do not ascend with time.
 TEST(FirmParts, StretchesAreInTheOrderOfTime) {
   Map map = TwoRooms(20);
