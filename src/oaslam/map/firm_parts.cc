@@ -1,7 +1,6 @@
 #include "oaslam/map/firm_parts.h"
 
 #include <algorithm>
-#include <set>
 #include <utility>
 
 namespace oaslam {
@@ -12,11 +11,6 @@ namespace {
 constexpr int kEnough = 30;
 
 }  // namespace
-
-int CountLandmarks(const Keyframe& keyframe) {
-  return static_cast<int>(
-      std::ranges::count_if(keyframe.landmarks, [](LandmarkId id) { return id.IsValid(); }));
-}
 
 bool FirmParts::IsLoose(const Map& map, KeyframeId id) {
   if (nodes_.empty() || map.loops_closed != loops_closed_) {

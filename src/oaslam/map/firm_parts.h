@@ -8,9 +8,6 @@
 
 namespace oaslam {
 
-// Landmarks that a keyframe sees.
-int CountLandmarks(const Keyframe& keyframe);
-
 // The parts of a map that are firm in themselves: the connected components of its covisibility
 // graph, in which two keyframes are connected that share enough landmarks. A few landmarks, or the
 // camera's motion alone, as in a narrow door, hardly hold the scale: what lies behind such a link

@@ -150,12 +150,12 @@ TEST(RivalWatch, LooksWhereTheImagesFitWorseThanUsual) {
 // A film whose images fit worse now is looked through until that is usual.
 TEST(RivalWatch, GetsUsedToAFilm) {
   RivalWatch watch;
-  int early = 0, late = 0;
+  int early = 0, late = 0;  // looks in the first and the last second after the change
   for (int i = 0; i < 600; ++i) {
     const double cost = i < 30 ? 1 : 2 + 0.01 * (i % 2);
     const bool looks = watch.SpanToLookAt(i / 30.0, cost).has_value();
-    (i < 60 ? early : late) += i >= 30 && i < 60 && looks;
-    late += i >= 570 && looks;
+    if (i >= 30 && i < 60) early += looks;
+    if (i >= 570) late += looks;
   }
   EXPECT_GT(early, 4);
   EXPECT_LT(late, early);

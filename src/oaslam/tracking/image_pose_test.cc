@@ -59,16 +59,21 @@ TEST_F(PoseCertaintyTest, FarFromTheFirstKeyframeTheMapMayBeOff) {
 }
 
 TEST_F(PoseCertaintyTest, APoseByTheMotionSaysForHowLong) {
-  frame_.timestamp = 4;
+  best_confidence_ = 1;
   OdometryLink link;
   TrackedFrame seen;
   seen.frame.timestamp = 1;
   link.See(seen, 3, map_, nullptr);
-  const ImagePose pose = certainty_.PoseToReport(frame_, map_, tracked_, TrackingState::kOdometry,
-                                                 link, best_confidence_);
+  const auto after = [&](double seconds) {
+    frame_.timestamp = 1 + seconds;
+    return certainty_.PoseToReport(frame_, map_, tracked_, TrackingState::kOdometry, link,
+                                   best_confidence_);
+  };
+  const ImagePose pose = after(3);
   EXPECT_EQ(pose.source, PoseSource::kMotion);
   EXPECT_DOUBLE_EQ(pose.seconds_without_map, 3);
   EXPECT_TRUE(pose.is_uncertain);
+  EXPECT_FALSE(after(0.1).is_uncertain);
 }
 
 // What hardly anything ties to the rest of the map may have another scale.

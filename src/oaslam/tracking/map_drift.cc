@@ -9,10 +9,13 @@
 #include <utility>
 #include <vector>
 
-#include "oaslam/map/firm_parts.h"
-
 namespace oaslam {
 namespace {
+
+int SeenBy(const Keyframe& keyframe) {
+  return static_cast<int>(
+      std::ranges::count_if(keyframe.landmarks, [](LandmarkId id) { return id.IsValid(); }));
+}
 
 // The share of landmarks that two keyframes do not share.
 double Link(int seen_by_one, int seen_by_other, int shared) {
@@ -26,13 +29,12 @@ double MapDrift::LinksTo(const Map& map, KeyframeId id) {
   if (loops_closed_ != map.loops_closed || links_.empty()) LinkAll(map);
   if (const auto known = links_.find(id); known != links_.end()) return known->second;
   const Keyframe& keyframe = map.keyframes.At(id);
-  const int seen = CountLandmarks(keyframe);
+  const int seen = SeenBy(keyframe);
   double least = std::numeric_limits<double>::infinity();
   for (const Covisible& c : keyframe.covisible)
     if (const auto known = links_.find(c.keyframe); known != links_.end())
-      least =
-          std::min(least, known->second +
-                              Link(seen, CountLandmarks(map.keyframes.At(c.keyframe)), c.shared));
+      least = std::min(least,
+                       known->second + Link(seen, SeenBy(map.keyframes.At(c.keyframe)), c.shared));
   if (!std::isfinite(least))
     LinkAll(map);
   else
@@ -49,7 +51,7 @@ void MapDrift::LinkAll(const Map& map) {
   std::priority_queue<Reached, std::vector<Reached>, std::greater<>> next;
   const std::vector<KeyframeId> ids = map.keyframes.Ids();
   std::vector<int> seen;
-  for (const KeyframeId id : ids) seen.push_back(CountLandmarks(map.keyframes.At(id)));
+  for (const KeyframeId id : ids) seen.push_back(SeenBy(map.keyframes.At(id)));
   const auto place_of = [&](KeyframeId id) {
     return std::ranges::lower_bound(ids, id) - ids.begin();
   };
