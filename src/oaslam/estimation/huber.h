@@ -20,4 +20,12 @@ inline Loss LossOf(double chi2, double huber_chi2) {
   return {2 * root - huber_chi2, root / chi2};
 }
 
+// The smooth loss of nearly the absolute residual (pseudo-Huber, Hartley and Zisserman 2004, A6.8):
+// `corner_chi2` is the square about which it turns from a parabola into a line; 0: none.
+inline Loss PseudoHuberLossOf(double chi2, double corner_chi2) {
+  if (corner_chi2 <= 0) return {chi2, 1};
+  const double root = std::sqrt(1 + chi2 * (1 / corner_chi2));
+  return {2 * corner_chi2 * (root - 1), 1 / root};
+}
+
 }  // namespace oaslam

@@ -48,16 +48,14 @@ HWY_INLINE void Transpose(Four& a, Four& b, Four& c, Four& d) {
   d = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
 }
 
-// Huber's loss and weight (estimation/huber).
-HWY_INLINE Four LossCost(Four chi2, double huber_chi2) {
-  if (huber_chi2 <= 0) return chi2;
-  const Four root = Root(Set(huber_chi2) * chi2);
-  return chi2 <= Set(huber_chi2) ? chi2 : Set(2) * root - Set(huber_chi2);
+// PseudoHuberLossOf (estimation/huber).
+HWY_INLINE Four LossCost(Four chi2, double corner_chi2) {
+  if (corner_chi2 <= 0) return chi2;
+  return Set(2 * corner_chi2) * (Root(Set(1) + chi2 * Set(1 / corner_chi2)) - Set(1));
 }
-HWY_INLINE Four LossWeight(Four chi2, double huber_chi2) {
-  if (huber_chi2 <= 0) return Set(1);
-  const Four root = Root(Set(huber_chi2) * chi2);
-  return chi2 <= Set(huber_chi2) ? Set(1) : root / chi2;
+HWY_INLINE Four LossWeight(Four chi2, double corner_chi2) {
+  if (corner_chi2 <= 0) return Set(1);
+  return Set(1) / Root(Set(1) + chi2 * Set(1 / corner_chi2));
 }
 
 // A point in the frame of the image, times its inverse depth.
@@ -85,7 +83,7 @@ HWY_INLINE Four Chi2(const Points& p, Four seen_x, Four seen_y, Four inverse_sig
   return is_behind ? Set(kBehindChi2) : x * x + y * y;
 }
 
-void Costs(std::span<const ImagePair> pairs, const SightingTable& t, double huber_chi2,
+void Costs(std::span<const ImagePair> pairs, const SightingTable& t, double corner_chi2,
            double* costs) {
   for (const ImagePair& pair : pairs) {
     const Pose pose(pair);
@@ -93,20 +91,20 @@ void Costs(std::span<const ImagePair> pairs, const SightingTable& t, double hube
       const Points p =
           pose.At(Load(&t.anchor_x[i]), Load(&t.anchor_y[i]), Load(&t.inverse_depth[i]));
       const Four chi2 = Chi2(p, Load(&t.seen_x[i]), Load(&t.seen_y[i]), Load(&t.inverse_sigma[i]));
-      Store(LossCost(chi2, huber_chi2), costs + i);
+      Store(LossCost(chi2, corner_chi2), costs + i);
     }
   }
 }
 
 void CostsOfDepths(const ImagePair& pair, const SightingTable& t, size_t row,
-                   std::span<const double> inverse_depths, double huber_chi2, double* costs) {
+                   std::span<const double> inverse_depths, double corner_chi2, double* costs) {
   const Pose pose(pair);
   const Four x = Set(t.anchor_x[row]), y = Set(t.anchor_y[row]), seen_x = Set(t.seen_x[row]),
              seen_y = Set(t.seen_y[row]), inverse_sigma = Set(t.inverse_sigma[row]);
   for (size_t i = 0; i < inverse_depths.size(); i += 4) {
     const Points p = pose.At(x, y, Load(&inverse_depths[i]));
     const Four chi2 = Chi2(p, seen_x, seen_y, inverse_sigma);
-    Store(Load(costs + i) + LossCost(chi2, huber_chi2), costs + i);
+    Store(Load(costs + i) + LossCost(chi2, corner_chi2), costs + i);
   }
 }
 
@@ -163,7 +161,7 @@ class PairSum {
   Four first_[6], second_[6];
 };
 
-void Linearize(std::span<const ImagePair> pairs, const SightingTable& t, double huber_chi2,
+void Linearize(std::span<const ImagePair> pairs, const SightingTable& t, double corner_chi2,
                SightingTerms* terms, PairTerms* sums) {
   for (const ImagePair& pair : pairs) {
     const Pose pose(pair);
@@ -177,7 +175,7 @@ void Linearize(std::span<const ImagePair> pairs, const SightingTable& t, double 
       const Four residual_x = inverse_sigma * (projected_x - Load(&t.seen_x[i])),
                  residual_y = inverse_sigma * (projected_y - Load(&t.seen_y[i]));
       const Four chi2 = residual_x * residual_x + residual_y * residual_y;
-      const Four weight = is_behind ? Set(0) : LossWeight(chi2, huber_chi2);
+      const Four weight = is_behind ? Set(0) : LossWeight(chi2, corner_chi2);
       // Of the residuals by x and y of the point alike, and of each by z.
       const Four by_xy = inverse_z * inverse_sigma,
                  x_by_z = -projected_x * inverse_z * inverse_sigma,
@@ -250,13 +248,13 @@ void SightingTable::Resize(size_t rows) {
 }
 
 void CostsOfSightings(std::span<const ImagePair> pairs, const SightingTable& table,
-                      double huber_chi2, double* costs) {
-  HWY_DYNAMIC_DISPATCH(Costs)(pairs, table, huber_chi2, costs);
+                      double corner_chi2, double* costs) {
+  HWY_DYNAMIC_DISPATCH(Costs)(pairs, table, corner_chi2, costs);
 }
 
 void LinearizeSightings(std::span<const ImagePair> pairs, const SightingTable& table,
-                        double huber_chi2, SightingTerms* terms, PairTerms* sums) {
-  HWY_DYNAMIC_DISPATCH(Linearize)(pairs, table, huber_chi2, terms, sums);
+                        double corner_chi2, SightingTerms* terms, PairTerms* sums) {
+  HWY_DYNAMIC_DISPATCH(Linearize)(pairs, table, corner_chi2, terms, sums);
 }
 
 void EliminateDepth(std::span<const DepthCross> cross, double inverse, PoseBlocks& system) {
@@ -264,8 +262,8 @@ void EliminateDepth(std::span<const DepthCross> cross, double inverse, PoseBlock
 }
 
 void AddCostsOfDepths(const ImagePair& pair, const SightingTable& table, size_t row,
-                      std::span<const double> inverse_depths, double huber_chi2, double* costs) {
-  HWY_DYNAMIC_DISPATCH(CostsOfDepths)(pair, table, row, inverse_depths, huber_chi2, costs);
+                      std::span<const double> inverse_depths, double corner_chi2, double* costs) {
+  HWY_DYNAMIC_DISPATCH(CostsOfDepths)(pair, table, row, inverse_depths, corner_chi2, costs);
 }
 
 }  // namespace oaslam

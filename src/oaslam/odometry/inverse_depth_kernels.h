@@ -33,9 +33,9 @@ struct SightingTable {
   void Resize(size_t rows);  // all zero
 };
 
-// The robust cost of each row; as in SchurOptions, `huber_chi2` is the threshold of Huber's loss.
+// The robust cost of each row; `corner_chi2`: of PseudoHuberLossOf.
 void CostsOfSightings(std::span<const ImagePair> pairs, const SightingTable& table,
-                      double huber_chi2, double* costs);
+                      double corner_chi2, double* costs);
 
 // What a sighting adds to the normal equations where its point takes part.
 struct SightingTerms {
@@ -54,7 +54,7 @@ struct PairTerms {
 
 // `terms` has as many elements as the table has rows, `sums` as many as there are pairs.
 void LinearizeSightings(std::span<const ImagePair> pairs, const SightingTable& table,
-                        double huber_chi2, SightingTerms* terms, PairTerms* sums);
+                        double corner_chi2, SightingTerms* terms, PairTerms* sums);
 
 // The block of a pose and an inverse depth in the normal equations.
 struct DepthCross {
@@ -80,6 +80,6 @@ void EliminateDepth(std::span<const DepthCross> cross, double inverse, PoseBlock
 // The robust cost of one sighting with each of the inverse depths, added to `costs`. They are
 // whole vectors.
 void AddCostsOfDepths(const ImagePair& pair, const SightingTable& table, size_t row,
-                      std::span<const double> inverse_depths, double huber_chi2, double* costs);
+                      std::span<const double> inverse_depths, double corner_chi2, double* costs);
 
 }  // namespace oaslam

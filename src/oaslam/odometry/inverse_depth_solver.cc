@@ -63,13 +63,16 @@ double Cost(const InverseDepthProblem& problem, const InverseDepthState& state,
   const std::vector<Cam> cams = CamsOf(state);
   sightings.Update(state);
   costs.resize(sightings.rows());
-  CostsOfSightings(sightings.pairs(), sightings.table(), problem.huber_chi2, costs.data());
-  const double most = outlier_chi2 ? LossOf(*outlier_chi2, problem.huber_chi2).cost
-                                   : std::numeric_limits<double>::infinity();
+  CostsOfSightings(sightings.pairs(), sightings.table(), outlier_chi2 ? 0 : problem.corner_chi2,
+                   costs.data());
   double cost = 0;
-  for (size_t i = 0; i < problem.measurements.size(); ++i)
-    if (!problem.measurements[i].is_outlier || outlier_chi2)
-      cost += std::min(most, costs[sightings.RowOf(i)]);
+  for (size_t i = 0; i < problem.measurements.size(); ++i) {
+    const double of = costs[sightings.RowOf(i)];
+    if (outlier_chi2)
+      cost += LossOf(std::min(of, *outlier_chi2), problem.huber_chi2).cost;
+    else if (!problem.measurements[i].is_outlier)
+      cost += of;
+  }
   for (size_t i = 0; i < problem.points.size(); ++i) {
     const DepthPrior& p = problem.points[i];
     const double off = (state.inverse_depths[i] - p.inverse_depth) / p.sigma;
@@ -218,7 +221,7 @@ class WindowEquations {
   void LinearizePoints(const InverseDepthState& state) {
     m_.terms.resize(m_.sightings.rows());
     m_.sums.resize(m_.sightings.pairs().size());
-    LinearizeSightings(m_.sightings.pairs(), m_.sightings.table(), problem_.huber_chi2,
+    LinearizeSightings(m_.sightings.pairs(), m_.sightings.table(), problem_.corner_chi2,
                        m_.terms.data(), m_.sums.data());
     m_.depths.clear();
     m_.cross.clear();
@@ -416,7 +419,7 @@ void SearchDepths(std::span<const double> candidates, const InverseDepthProblem&
            problem.measurements[next].point == static_cast<int>(point);
          ++next)
       AddCostsOfDepths(sightings.PairOf(next), sightings.table(), sightings.RowOf(next), padded,
-                       problem.huber_chi2, costs.data());
+                       problem.corner_chi2, costs.data());
     state.inverse_depths[point] = candidates[std::ranges::min_element(costs) - costs.begin()];
   }
 }

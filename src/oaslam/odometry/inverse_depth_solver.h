@@ -68,7 +68,8 @@ struct InverseDepthProblem {
   std::vector<TurnRatePrior> turn_rates;
   std::vector<RotationPrior> rotations;
   std::optional<LengthPrior> length;
-  double huber_chi2 = 0;           // as in SchurOptions
+  double corner_chi2 = 0;          // of the measurements' PseudoHuberLossOf
+  double huber_chi2 = 0;           // of the turn rates, and where solutions are compared
   double least_inverse_depth = 0;  // a point beyond infinity is no point; a little less is noise
 };
 
@@ -88,9 +89,9 @@ inline Eigen::Vector3d ScaledPoint(const Rigid3& to_from_anchor, const Eigen::Ve
 }
 
 // The sum of the squared errors over their sigmas, robust. Measurements that are outliers count
-// nothing. With `outlier_chi2` all measurements count, each at most as much as one with this
-// squared error: so the costs of different solutions can be compared, whatever they hold to be
-// outliers.
+// nothing. With `outlier_chi2` all measurements count by Huber's loss, each at most as much as one
+// with this squared error: so the costs of different solutions can be compared, whatever they hold
+// to be outliers.
 double CostOf(const InverseDepthProblem& problem, const InverseDepthState& state,
               std::optional<double> outlier_chi2 = std::nullopt);
 

@@ -35,6 +35,7 @@ struct Scene {
     std::vector<int> order{2, 3, 4, 5, 0, 1}, pose_of{4, 5, 0, 1, 2, 3};
     for (const int k : order) truth.poses.push_back(poses[k]);
     problem.free_poses = 4;
+    problem.corner_chi2 = 0.5;
     problem.huber_chi2 = 2.25;
     for (int i = 0; i < kPoints; ++i) {
       const int anchor = i % 3;

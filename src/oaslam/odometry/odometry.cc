@@ -8,6 +8,7 @@
 
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/degree.h"
+#include "oaslam/odometry/patch_fit.h"
 #include "oaslam/odometry/point_flow.h"
 #include "oaslam/odometry/pose_starts.h"
 #include "oaslam/odometry/rivals.h"
@@ -75,7 +76,7 @@ OdometryEstimate Odometry::Process(const GreyImage& image, double time_s,
     for (const WindowImage& member : window_.images)
       if (member.is_keyframe) estimate.keyframes.emplace_back(member.id, member.cam_from_odom);
   last_ = present_;
-  if (estimate.is_keyframe) keyframes_.emplace_back(keyframe_id_, present_);
+  if (estimate.is_keyframe) keyframes_.push_back({keyframe_id_, present_});
   // In a fast turn each image is a keyframe: the errors of patches that are followed from one to
   // the next add up. 4 and 15 are worse (docs/lab/odometry.md).
   constexpr size_t kKept = 8;
@@ -110,11 +111,12 @@ void Odometry::ProcessNext(double time_s, OdometryEstimate& estimate) {
     estimate.state = OdometryState::kBlind;
     return;
   }
+  estimate.is_keyframe = NeedsKeyframe(estimate);
+  if (estimate.is_keyframe) estimate.tracked = FitPatches();
   if (is_beginning_) {
     EstimateBeginning(estimate);
-    estimate.is_keyframe = NeedsKeyframe(estimate);
+    estimate.is_keyframe = estimate.is_keyframe || keyframe_is_due_;
   } else {
-    estimate.is_keyframe = NeedsKeyframe(estimate);
     EstimatePose(predicted, estimate);
     if (estimate.inliers < kLeastPoints) {
       estimate.state = OdometryState::kBlind;
@@ -217,6 +219,12 @@ std::optional<Eigen::Vector2f> Odometry::PxOf(const Rigid3& cam_from_anchor,
   return Distort(camera_, ProjectIdeal(camera_, x)).cast<float>();
 }
 
+const Odometry::KeptKeyframe* Odometry::EarliestView(const WindowPoint& point) const {
+  const auto it = std::ranges::find_if(
+      keyframes_, [&](const KeptKeyframe& keyframe) { return point.PxIn(keyframe.id); });
+  return it == keyframes_.end() ? nullptr : &*it;
+}
+
 // Adds the sightings of the newest image; returns how many.
 int Odometry::Follow(const Rigid3& predicted) {
   std::vector<PointToFollow> points;
@@ -233,12 +241,11 @@ int Odometry::Follow(const Rigid3& predicted) {
     const float most = 0.5F * static_cast<float>(camera_.width);  // more is a wrong depth
     if (there && here && (*there - *here).norm() < most) guess += *there - *here;
     PointToFollow& point = points.emplace_back(PointToFollow{p.px, guess});
-    for (const auto& [id, pyramid] : keyframes_)
-      if (const Eigen::Vector2f* px = id == last.id ? nullptr : p.PxIn(id)) {
-        point.earlier = pyramid.get();
-        point.earlier_px = *px;
-        break;
-      }
+    const KeptKeyframe* earlier = EarliestView(p);
+    if (earlier && earlier->id != last.id) {
+      point.earlier = earlier->pyramid.get();
+      point.earlier_px = *p.PxIn(earlier->id);
+    }
     indices.push_back(i);
   }
   const auto places = FollowPoints(points, *last_, *present_);
@@ -250,6 +257,38 @@ int Odometry::Follow(const Rigid3& predicted) {
     p.px = *places[k];
     p.sightings.push_back({newest.id, p.px, RayAt(p.px)});
     ++followed;
+  }
+  return followed;
+}
+
+// Fits the followed points' patches to where they were seen first, so that what a keyframe keeps is
+// right to a fraction of a pixel; how many are still followed. What no longer looks alike (an edge
+// before a wall, a reflection) is no point of the scene.
+int Odometry::FitPatches() {
+  constexpr double kAlike = 0.8;
+  constexpr float kMaxShift = 1.5;  // px: more is another place
+  int followed = 0;
+  for (WindowPoint& p : window_.points) {
+    if (!p.is_tracked) continue;
+    ++followed;
+    const KeptKeyframe* earlier = EarliestView(p);
+    if (!earlier) continue;
+    if (p.stretched_from != earlier->id) p.stretch.setIdentity();
+    p.stretched_from = earlier->id;
+    const auto fit = FitPatch(earlier->pyramid->level(0), *p.PxIn(earlier->id), present_->level(0),
+                              {p.px, p.stretch});
+    if (!fit) continue;
+    if (fit->correlation < kAlike) {
+      p.is_tracked = false;
+      p.sightings.pop_back();
+      --followed;
+      continue;
+    }
+    if ((fit->pose.px - p.px).norm() > kMaxShift) continue;
+    p.px = fit->pose.px;
+    p.stretch = fit->pose.stretch;
+    p.sightings.back().px = p.px;
+    p.sightings.back().ray = RayAt(p.px);
   }
   return followed;
 }

@@ -89,6 +89,10 @@ class Odometry {
   const WindowOptions& window_options() const { return window_options_; }
 
  private:
+  struct KeptKeyframe {
+    int id = 0;
+    std::shared_ptr<const GreyPyramid> pyramid;
+  };
   struct Motion {
     double time_s = 0;
     Rigid3 cam_from_odom;
@@ -101,7 +105,10 @@ class Odometry {
   Eigen::Vector2d RayAt(const Eigen::Vector2f& px) const;
   std::optional<Eigen::Vector2f> PxOf(const Rigid3& cam_from_anchor,
                                       const WindowPoint& point) const;
+  // Where the earliest keyframe whose image is kept saw a point; null if none did.
+  const KeptKeyframe* EarliestView(const WindowPoint& point) const;
   int Follow(const Rigid3& predicted);
+  int FitPatches();
   Eigen::Matrix3d RotationOfFlow(const Rigid3& predicted) const;
   void EstimateBeginning(OdometryEstimate& estimate);
   void DropFirst();
@@ -143,7 +150,7 @@ class Odometry {
   std::vector<std::shared_ptr<GreyPyramid>> pyramids_;  // all; what nobody else holds is used again
   std::vector<GreyBuffer> halved_;                      // of the image, down to the tracked one
   // The newest keyframes, whose patches are followed; by image.
-  std::vector<std::pair<int, std::shared_ptr<const GreyPyramid>>> keyframes_;
+  std::vector<KeptKeyframe> keyframes_;
   int keyframe_id_ = -1;
   std::vector<Motion> last_motions_;  // of the two newest images, as they were given
   Gyroscope gyroscope_;

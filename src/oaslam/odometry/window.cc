@@ -199,6 +199,7 @@ int WindowProblem::PoseOf(const Window& window, int image) const {
 WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool with_outliers) {
   WindowProblem made;
   InverseDepthProblem& problem = made.problem;
+  problem.corner_chi2 = options.corner_chi2;
   problem.huber_chi2 = options.huber_sigmas * options.huber_sigmas;
   problem.least_inverse_depth = -0.05 * window.median_inverse_depth;
   const int count = static_cast<int>(window.images.size());

@@ -40,6 +40,9 @@ struct WindowPoint {
   // In the newest image.
   Eigen::Vector2f px = Eigen::Vector2f::Zero();
   bool is_tracked = true;
+  // How its patch in an earlier keyframe, by id, was stretched in the newest one (PatchPose).
+  int stretched_from = -1;
+  Eigen::Matrix2f stretch = Eigen::Matrix2f::Identity();
 
   // Where an image saw it; null if it did not.
   const Eigen::Vector2f* PxIn(int image) const;
@@ -53,6 +56,10 @@ struct WindowOptions {
   // (docs/lab/odometry.md); others were not tried.
   double sigma_px = 0.7;
   double huber_sigmas = 1.5;
+  // Of the sightings (PseudoHuberLossOf). Many are off by one to three pixels, and alike: points on
+  // edges before a wall, in reflections, on bare walls. Losses that are not convex make wrong
+  // motions into minima (docs/lab/odometry.md).
+  double corner_chi2 = 0.5;
   double outlier_px = 3;  // kMostSigmas
   // Change of velocity in a second, in median depths per second: of a hand.
   double velocity_sigma = 1.5;

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "oaslam/features/grey_image.h"
+
+namespace oaslam {
+
+// Where a patch of one image lies in another, seen from elsewhere: its pixel at `offset` from its
+// middle is at px + stretch * offset.
+struct PatchPose {
+  Eigen::Vector2f px = Eigen::Vector2f::Zero();
+  Eigen::Matrix2f stretch = Eigen::Matrix2f::Identity();
+};
+
+struct PatchFit {
+  PatchPose pose;
+  double correlation = 0;  // of the two patches' grey values, at most 1
+};
+
+// Moves and stretches a patch of 10 x 10 pixels around `px` of `first` so that it fits `second`,
+// from `start` on: affine (Shi and Tomasi 1994), with the derivatives of the first image (Baker and
+// Matthews 2004). A patch that is only moved slides along arcs and edges that are seen from another
+// side by now. Pixels near the middle count most; differences of brightness and contrast do not
+// matter; what the patch does not show of its stretch stays near the start. A patch that is nowhere
+// near has a correlation of 0 or less. Both images may be read kBorder pixels of a GreyPyramid
+// beyond their edges. Nothing where the patch leaves an image, or has no contrast.
+std::optional<PatchFit> FitPatch(const GreyImage& first, const Eigen::Vector2f& px,
+                                 const GreyImage& second, const PatchPose& start);
+
+}  // namespace oaslam
