@@ -263,11 +263,13 @@ int Odometry::Follow(const Rigid3& predicted) {
 
 // Fits the followed points' patches to where they were seen first, so that what a keyframe keeps is
 // right to a fraction of a pixel; how many are still followed. What no longer looks alike (an edge
-// before a wall, a reflection) is no point of the scene.
+// before a wall, a reflection) is no point of the scene; where that is much of the image, the image
+// is blurred, and all stay.
 int Odometry::FitPatches() {
-  constexpr double kAlike = 0.8;
-  constexpr float kMaxShift = 1.5;  // px: more is another place
+  constexpr double kAlike = 0.8, kBlurred = 0.2;  // a share of the points
+  constexpr float kMaxShift = 1.5;                // px: more is another place
   int followed = 0;
+  std::vector<WindowPoint*> unlike;
   for (WindowPoint& p : window_.points) {
     if (!p.is_tracked) continue;
     ++followed;
@@ -279,9 +281,7 @@ int Odometry::FitPatches() {
                               {p.px, p.stretch});
     if (!fit) continue;
     if (fit->correlation < kAlike) {
-      p.is_tracked = false;
-      p.sightings.pop_back();
-      --followed;
+      unlike.push_back(&p);
       continue;
     }
     if ((fit->pose.px - p.px).norm() > kMaxShift) continue;
@@ -290,7 +290,12 @@ int Odometry::FitPatches() {
     p.sightings.back().px = p.px;
     p.sightings.back().ray = RayAt(p.px);
   }
-  return followed;
+  if (static_cast<double>(unlike.size()) > kBlurred * followed) return followed;
+  for (WindowPoint* p : unlike) {
+    p->is_tracked = false;
+    p->sightings.pop_back();
+  }
+  return followed - static_cast<int>(unlike.size());
 }
 
 // cam_from_odom of the newest image, as the points moved from the last image to it.
