@@ -261,6 +261,19 @@ int Odometry::Follow(const Rigid3& predicted) {
   return followed;
 }
 
+// How a patch that faces the camera was stretched since an image, by its depth and the rotation.
+Eigen::Matrix2f Odometry::StretchSince(int image, const WindowPoint& point) const {
+  if (!window_.Has(image)) return Eigen::Matrix2f::Identity();
+  const WindowImage &before = window_.Image(image), &newest = window_.newest();
+  const double there = window_.InverseDepthIn(point, before),
+               here = window_.InverseDepthIn(point, newest);
+  const double size = there > 0 && here > 0 ? std::clamp(here / there, 0.5, 2.0) : 1;
+  const Eigen::Matrix3d rotation =
+      (newest.cam_from_odom.rotation * before.cam_from_odom.rotation.conjugate())
+          .toRotationMatrix();
+  return (size * rotation.topLeftCorner<2, 2>()).cast<float>();
+}
+
 // Fits the followed points' patches to where they were seen first, so that what a keyframe keeps is
 // right to a fraction of a pixel; how many are still followed. What no longer looks alike (an edge
 // before a wall, a reflection) is no point of the scene; where that is much of the image, the image
@@ -275,7 +288,7 @@ int Odometry::FitPatches() {
     ++followed;
     const KeptKeyframe* earlier = EarliestView(p);
     if (!earlier) continue;
-    if (p.stretched_from != earlier->id) p.stretch.setIdentity();
+    if (p.stretched_from != earlier->id) p.stretch = StretchSince(earlier->id, p);
     p.stretched_from = earlier->id;
     const auto fit = FitPatch(earlier->pyramid->level(0), *p.PxIn(earlier->id), present_->level(0),
                               {p.px, p.stretch});

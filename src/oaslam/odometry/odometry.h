@@ -108,6 +108,7 @@ class Odometry {
   // Where the earliest keyframe whose image is kept saw a point; null if none did.
   const KeptKeyframe* EarliestView(const WindowPoint& point) const;
   int Follow(const Rigid3& predicted);
+  Eigen::Matrix2f StretchSince(int image, const WindowPoint& point) const;
   int FitPatches();
   Eigen::Matrix3d RotationOfFlow(const Rigid3& predicted) const;
   void EstimateBeginning(OdometryEstimate& estimate);
