@@ -1,10 +1,17 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "oaslam/features/grey_image.h"
 
 namespace oaslam {
+
+// Whether a place, px, lies within an image.
+inline bool IsIn(const GreyImage& image, const Eigen::Vector2f& px) {
+  return px.x() >= 0 && px.y() >= 0 && px.x() <= static_cast<float>(image.width - 1) &&
+         px.y() <= static_cast<float>(image.height - 1);
+}
 
 // An image and its halvings: pixel (x, y) of a level is pixel (2 x, 2 y) of the level below, after
 // a binomial of 5 x 5 (Burt and Adelson 1983). In integers, so that every machine gives the same.

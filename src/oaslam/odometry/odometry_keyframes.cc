@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "oaslam/odometry/odometry.h"
+#include "oaslam/odometry/patch_fit.h"
+#include "oaslam/odometry/point_flow.h"
 #include "oaslam/util/median.h"
 
 namespace oaslam {
@@ -28,6 +30,55 @@ bool Odometry::NeedsKeyframe(const OdometryEstimate& estimate) const {
   return keyframe_is_due_ || estimate.tracked < kLeastTracked ||
          static_cast<double>(flow.size()) < kSeenAgain * seen ||
          (!flow.empty() && Median(flow) > kFlow * camera_.width);
+}
+
+// How a patch that faces the camera was stretched since an image, by its depth and the rotation.
+Eigen::Matrix2f Odometry::StretchSince(int image, const WindowPoint& point) const {
+  if (!window_.Has(image)) return Eigen::Matrix2f::Identity();
+  const WindowImage &before = window_.Image(image), &newest = window_.newest();
+  const double there = window_.InverseDepthIn(point, before),
+               here = window_.InverseDepthIn(point, newest);
+  const double size = there > 0 && here > 0 ? std::clamp(here / there, 0.5, 2.0) : 1;
+  const Eigen::Matrix3d rotation =
+      (newest.cam_from_odom.rotation * before.cam_from_odom.rotation.conjugate())
+          .toRotationMatrix();
+  return (size * rotation.topLeftCorner<2, 2>()).cast<float>();
+}
+
+// Fits the followed points' patches to where they were seen first, so that what a keyframe keeps is
+// right to a fraction of a pixel; how many are still followed. What no longer looks alike (an edge
+// before a wall, a reflection) is no point of the scene; where that is much of the image, the image
+// is blurred, and all stay.
+int Odometry::FitPatches() {
+  constexpr double kAlike = 0.8, kBlurred = 0.2;  // a share of the points
+  int followed = 0;
+  std::vector<WindowPoint*> unlike;
+  for (WindowPoint& p : window_.points) {
+    if (!p.is_tracked) continue;
+    ++followed;
+    const KeptKeyframe* earlier = EarliestView(p);
+    if (!earlier) continue;
+    if (p.stretched_from != earlier->id) p.stretch = StretchSince(earlier->id, p);
+    p.stretched_from = earlier->id;
+    const auto fit = FitPatch(earlier->pyramid->level(0), *p.PxIn(earlier->id), present_->level(0),
+                              {p.px, p.stretch});
+    if (!fit) continue;
+    if (fit->correlation < kAlike) {
+      unlike.push_back(&p);
+      continue;
+    }
+    if ((fit->pose.px - p.px).norm() > kMaxShift) continue;
+    p.px = fit->pose.px;
+    p.stretch = fit->pose.stretch;
+    p.sightings.back().px = p.px;
+    p.sightings.back().ray = RayAt(p.px);
+  }
+  if (static_cast<double>(unlike.size()) > kBlurred * followed) return followed;
+  for (WindowPoint* p : unlike) {
+    p->is_tracked = false;
+    p->sightings.pop_back();
+  }
+  return followed - static_cast<int>(unlike.size());
 }
 
 // How this film's camera turns: the median change of its rate, of keyframes that are settled.

@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -56,11 +55,6 @@ bool CanRead(const GreyImage& image, const Eigen::Vector2f& px, const Eigen::Vec
   return px.x() - reach.x() > -kBeyond && px.y() - reach.y() > -kBeyond &&
          px.x() + reach.x() < static_cast<float>(image.width - 1) + kBeyond &&
          px.y() + reach.y() < static_cast<float>(image.height - 1) + kBeyond;
-}
-
-bool IsIn(const GreyImage& image, const Eigen::Vector2f& px) {
-  return px.x() >= 0 && px.y() >= 0 && px.x() <= static_cast<float>(image.width - 1) &&
-         px.y() <= static_cast<float>(image.height - 1);
 }
 
 // Less the weighted mean.
@@ -128,6 +122,7 @@ std::optional<PatchFit> FitPatch(const GreyImage& first, const Eigen::Vector2f& 
   for (int k = 2; k < 6; ++k) patch.information(k, k) += kHeld;
   const Eigen::LLT<Eigen::Matrix<double, 6, 6>> solver(patch.information);
   const float contrast = Product(patch.grey, patch.grey);
+  if (contrast < kLeastContrast) return std::nullopt;
   const Eigen::Matrix2f start_from_patch = start.stretch.inverse();
   PatchFit fit{start};
   PatchPose& pose = fit.pose;
@@ -143,7 +138,7 @@ std::optional<PatchFit> FitPatch(const GreyImage& first, const Eigen::Vector2f& 
       }
     Centre(seen);
     const float alike = Product(seen, patch.grey), own = Product(seen, seen);
-    if (own < kLeastContrast || contrast < kLeastContrast) return std::nullopt;
+    if (own < kLeastContrast) return std::nullopt;
     fit.correlation = static_cast<double>(alike / std::sqrt(own * contrast));
     if (alike <= 0) return fit;
     const float gain = alike / own;

@@ -29,11 +29,6 @@ PatchPlace FirstOfSquare(const GreyImage& image, const Eigen::Vector2f& px, int 
 // point of the image: within the border of the pyramid.
 static_assert(kPatchRim / 2 + 1 < GreyPyramid::kBorder);
 
-bool IsIn(const GreyImage& image, const Eigen::Vector2f& px) {
-  return px.x() >= 0 && px.y() >= 0 && px.x() <= static_cast<float>(image.width - 1) &&
-         px.y() <= static_cast<float>(image.height - 1);
-}
-
 // A patch of the first image with its derivatives, less their means: so a constant difference of
 // brightness drops out of the normal equations.
 struct Template {

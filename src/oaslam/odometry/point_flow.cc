@@ -63,7 +63,6 @@ Places FollowPoints(std::span<const PointToFollow> points, const GreyPyramid& la
   FollowLostOnes(points, last, next, places);
   for (size_t i = 0; i < points.size(); ++i) {
     if (!places[i] || !points[i].earlier) continue;
-    constexpr float kMaxShift = 1.5;  // px: more is another place, or a patch that has turned
     const auto moved =
         FollowPatch(*points[i].earlier, next, points[i].earlier_px, *places[i], {.levels = 1});
     if (moved && (*moved - *places[i]).norm() < kMaxShift) places[i] = moved;

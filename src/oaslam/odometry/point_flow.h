@@ -9,6 +9,10 @@
 
 namespace oaslam {
 
+// px by which a patch is moved to fit an earlier image, at most: more is another place, or a patch
+// that has turned.
+inline constexpr float kMaxShift = 1.5;
+
 // A point to be followed from one image to the next.
 struct PointToFollow {
   Eigen::Vector2f px;     // in the last image
