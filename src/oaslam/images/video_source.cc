@@ -70,10 +70,13 @@ class VideoSource : public ImageSource {
       if (!Grab()) return End();
       const double timestamp = Timestamp();
       if (index_ < options_.from) continue;
+      const bool keeps_color = options_.color || options_.color_if_free;
       cv::Mat image;
-      if (!capture_.retrieve(image)) return End();
-      if (!options_.color && !options_.color_if_free && image.channels() == 3)
-        cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
+      if (!capture_.retrieve(keeps_color ? image : decoded_)) return End();
+      if (!keeps_color && decoded_.channels() == 3)
+        cv::cvtColor(decoded_, image, cv::COLOR_BGR2GRAY);
+      else if (!keeps_color)
+        decoded_.copyTo(image);
       const int index = index_++;
       return InputImage{
           index, timestamp, NameOfVideoImage(index),
@@ -158,6 +161,7 @@ class VideoSource : public ImageSource {
   ImageSourceOptions options_;
   VideoContainer container_;
   cv::VideoCapture capture_;
+  cv::Mat decoded_;   // memory for an image in colour that is given in grey
   double rate_ = 30;  // images a second, where times are not taken from the container
   int index_ = 0;     // of the next image, among those that can be decoded
   int failures_ = 0;

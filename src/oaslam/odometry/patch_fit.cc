@@ -4,6 +4,10 @@
 #include <Eigen/LU>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <tuple>
+#include <type_traits>
 
 #include "oaslam/odometry/grey_pyramid.h"
 
@@ -18,35 +22,101 @@ using Six = Eigen::Matrix<double, 6, 1>;
 // The offset of a row or column from the middle of the patch.
 constexpr float OffsetOf(int i) { return static_cast<float>(i - kHalf) + 0.5F; }
 
-// A pixel weighs by its place alone: 1 in the middle, 0 beyond the corners.
-constexpr Values MakeWeights() {
-  Values weights{};
-  for (int r = 0; r < kSide; ++r)
-    for (int c = 0; c < kSide; ++c) {
-      const float square = OffsetOf(r) * OffsetOf(r) + OffsetOf(c) * OffsetOf(c);
-      const float share = 1 - square / (2.2F * kHalf * kHalf);
-      weights[r * kSide + c] = share * share;
-    }
-  return weights;
-}
-constexpr Values kWeights = MakeWeights();
+// Places of a patch's pixels, row by row, about its middle, with a rim.
+template <int kRim>
+struct Grid {
+  static constexpr int kWidth = kSide + 2 * kRim;
+  std::array<float, kWidth * kWidth> x{}, y{};
 
-constexpr float SumOf(const Values& values) {
+  constexpr Grid() {
+    for (int r = 0; r < kWidth; ++r)
+      for (int c = 0; c < kWidth; ++c) {
+        x[r * kWidth + c] = OffsetOf(c - kRim);
+        y[r * kWidth + c] = OffsetOf(r - kRim);
+      }
+  }
+};
+constexpr Grid<0> kPatch;
+constexpr Grid<1> kWide;
+
+// A pixel weighs by its place alone: 1 in the middle, 0 beyond the corners. The root of that.
+constexpr Values MakeRootWeights() {
+  Values roots{};
+  for (int i = 0; i < kPixels; ++i)
+    roots[i] = 1 - (kPatch.x[i] * kPatch.x[i] + kPatch.y[i] * kPatch.y[i]) / (2.2F * kHalf * kHalf);
+  return roots;
+}
+constexpr Values kRootWeights = MakeRootWeights();
+
+constexpr float SumOfSquares(const Values& values) {
   float sum = 0;
-  for (const float v : values) sum += v;
+  for (const float v : values) sum += v * v;
   return sum;
 }
-constexpr float kWeight = SumOf(kWeights);
+constexpr float kWeight = SumOfSquares(kRootWeights);
 
-// The grey value between four pixels.
-float GreyAt(const GreyImage& image, float x, float y) {
-  const float left = std::floor(x), top = std::floor(y);
-  const uint8_t* p = image.Row(static_cast<int>(top)) + static_cast<int>(left);
-  const float right = x - left, down = y - top;
-  const float above = static_cast<float>(p[0]) + right * static_cast<float>(p[1] - p[0]);
-  p += image.step;
-  const float below = static_cast<float>(p[0]) + right * static_cast<float>(p[1] - p[0]);
-  return above + down * (below - above);
+// Four pixels at a time, added up in one order: all processors give the same bits.
+using Four = float __attribute__((vector_size(16)));
+static_assert(kPixels % 4 == 0);
+Four Load(const float* from) {
+  Four x;
+  std::memcpy(&x, from, sizeof x);
+  return x;
+}
+float SumOf(Four x) { return (x[0] + x[1]) + (x[2] + x[3]); }
+
+float Product(const Values& a, const Values& b) {
+  Four sum{};
+  for (int i = 0; i < kPixels; i += 4) sum += Load(&a[i]) * Load(&b[i]);
+  return SumOf(sum);
+}
+
+// Less the weighted mean, times the roots of the weights: a product of two is weighted, then.
+void CentreAndWeigh(Values& values) {
+  Four sum{};
+  for (int i = 0; i < kPixels; i += 4) {
+    const Four root = Load(&kRootWeights[i]);
+    sum += root * root * Load(&values[i]);
+  }
+  const float mean = SumOf(sum) / kWeight;
+  for (int i = 0; i < kPixels; ++i) values[i] = kRootWeights[i] * (values[i] - mean);
+}
+
+// The grey values between pixels, all of which are in the image or on its border.
+Four GreyAt(const GreyImage& image, Four x, Four y) {
+  using FourInts = int32_t __attribute__((vector_size(16)));
+  constexpr int kBorder = GreyPyramid::kBorder;  // rounds down where x + kBorder is above 0
+  const FourInts left = __builtin_convertvector(x + kBorder, FourInts) - kBorder,
+                 top = __builtin_convertvector(y + kBorder, FourInts) - kBorder;
+  FourInts above{}, above_right{}, below{}, below_right{};
+  for (int k = 0; k < 4; ++k) {
+    const uint8_t* p = image.Row(top[k]) + left[k];
+    above[k] = p[0];
+    above_right[k] = p[1];
+    below[k] = p[image.step];
+    below_right[k] = p[image.step + 1];
+  }
+  const Four right = x - __builtin_convertvector(left, Four),
+             down = y - __builtin_convertvector(top, Four);
+  const Four upper = __builtin_convertvector(above, Four) +
+                     right * __builtin_convertvector(above_right - above, Four),
+             lower = __builtin_convertvector(below, Four) +
+                     right * __builtin_convertvector(below_right - below, Four);
+  return upper + down * (lower - upper);
+}
+
+// At the places of a grid, stretched.
+template <int kRim>
+void Sample(const GreyImage& image, const PatchPose& pose, const Grid<kRim>& grid,
+            std::array<float, Grid<kRim>::kWidth * Grid<kRim>::kWidth>& values) {
+  static_assert(std::tuple_size_v<std::remove_reference_t<decltype(values)>> % 4 == 0);
+  const Eigen::Matrix2f& by = pose.stretch;
+  for (size_t i = 0; i < values.size(); i += 4) {
+    const Four c = Load(&grid.x[i]), r = Load(&grid.y[i]);
+    const Four grey = GreyAt(image, pose.px.x() + (by(0, 0) * c + by(0, 1) * r),
+                             pose.px.y() + (by(1, 0) * c + by(1, 1) * r));
+    std::memcpy(&values[i], &grey, sizeof grey);
+  }
 }
 
 // Whether all within `reach` of a place may be read.
@@ -57,19 +127,6 @@ bool CanRead(const GreyImage& image, const Eigen::Vector2f& px, const Eigen::Vec
          px.y() + reach.y() < static_cast<float>(image.height - 1) + kBeyond;
 }
 
-// Less the weighted mean.
-void Centre(Values& values) {
-  float sum = 0;
-  for (int i = 0; i < kPixels; ++i) sum += kWeights[i] * values[i];
-  for (float& v : values) v -= sum / kWeight;
-}
-
-float Product(const Values& a, const Values& b) {
-  float sum = 0;
-  for (int i = 0; i < kPixels; ++i) sum += kWeights[i] * a[i] * b[i];
-  return sum;
-}
-
 // The patch of the first image, with its derivatives by the six parameters: the place, px, and the
 // stretch, row by row, in halves of the patch.
 struct FirstPatch {
@@ -78,17 +135,15 @@ struct FirstPatch {
   Eigen::Matrix<double, 6, 6> information;
 
   FirstPatch(const GreyImage& image, const Eigen::Vector2f& px) {
-    constexpr int kRim = kSide + 2;
-    std::array<float, kRim * kRim> wide;
-    for (int r = 0; r < kRim; ++r)
-      for (int c = 0; c < kRim; ++c)
-        wide[r * kRim + c] = GreyAt(image, px.x() + OffsetOf(c - 1), px.y() + OffsetOf(r - 1));
+    constexpr int kWidth = Grid<1>::kWidth;
+    std::array<float, kWidth * kWidth> wide;
+    Sample(image, {px, Eigen::Matrix2f::Identity()}, kWide, wide);
     for (int r = 0; r < kSide; ++r)
       for (int c = 0; c < kSide; ++c) {
-        const float* at = &wide[(r + 1) * kRim + c + 1];
+        const float* at = &wide[(r + 1) * kWidth + c + 1];
         const int i = r * kSide + c;
-        const float dx = 0.5F * (at[1] - at[-1]), dy = 0.5F * (at[kRim] - at[-kRim]);
-        const float x = OffsetOf(c) / kHalf, y = OffsetOf(r) / kHalf;
+        const float dx = 0.5F * (at[1] - at[-1]), dy = 0.5F * (at[kWidth] - at[-kWidth]);
+        const float x = kPatch.x[i] / kHalf, y = kPatch.y[i] / kHalf;
         grey[i] = at[0];
         by[0][i] = dx;
         by[1][i] = dy;
@@ -97,8 +152,8 @@ struct FirstPatch {
         by[4][i] = dy * x;
         by[5][i] = dy * y;
       }
-    Centre(grey);
-    for (Values& values : by) Centre(values);
+    CentreAndWeigh(grey);
+    for (Values& values : by) CentreAndWeigh(values);
     for (int k = 0; k < 6; ++k)
       for (int m = 0; m <= k; ++m)
         information(k, m) = information(m, k) = static_cast<double>(Product(by[k], by[m]));
@@ -115,7 +170,7 @@ std::optional<PatchFit> FitPatch(const GreyImage& first, const Eigen::Vector2f& 
   constexpr double kHeld = (kNoise / (kStretch * kHalf)) * (kNoise / (kStretch * kHalf));
   constexpr float kLeastContrast = 0.1F * kWeight;  // squared grey levels: noise
   constexpr int kMaxIterations = 10;
-  constexpr float kSettledPx = 0.02F;
+  constexpr float kSettledPx = 0.05F;
   if (!CanRead(first, px, Eigen::Vector2f::Constant(kHalf + 1))) return std::nullopt;
   FirstPatch patch(first, px);
   for (int k = 0; k < 2; ++k) patch.information(k, k) += 1e-6;
@@ -130,13 +185,8 @@ std::optional<PatchFit> FitPatch(const GreyImage& first, const Eigen::Vector2f& 
     const Eigen::Vector2f reach = pose.stretch.cwiseAbs() * Eigen::Vector2f::Constant(kHalf);
     if (!CanRead(second, pose.px, reach)) return std::nullopt;
     Values seen;
-    for (int r = 0; r < kSide; ++r)
-      for (int c = 0; c < kSide; ++c) {
-        const Eigen::Vector2f at =
-            pose.px + pose.stretch * Eigen::Vector2f(OffsetOf(c), OffsetOf(r));
-        seen[r * kSide + c] = GreyAt(second, at.x(), at.y());
-      }
-    Centre(seen);
+    Sample(second, pose, kPatch, seen);
+    CentreAndWeigh(seen);
     const float alike = Product(seen, patch.grey), own = Product(seen, seen);
     if (own < kLeastContrast) return std::nullopt;
     fit.correlation = static_cast<double>(alike / std::sqrt(own * contrast));
