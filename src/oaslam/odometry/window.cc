@@ -268,6 +268,7 @@ WindowFit FlagOutliers(const WindowOptions& options, Window& window) {
   int recent = 0;
   RelativePoses relative(window);
   for (WindowPoint& p : window.points) {
+    const double most_px = p.HasGoodDepth() ? options.known_outlier_px : options.outlier_px;
     ImagesOfPoint of(window, p);
     for (Sighting& s : p.sightings) {
       const size_t i = of.Of(s);
@@ -277,14 +278,14 @@ WindowFit FlagOutliers(const WindowOptions& options, Window& window) {
       const bool is_behind = x.z() < kBehind;
       const double off_px =
           is_behind ? INFINITY : (x.head<2>() / x.z() - s.ray).norm() * options.focal_px;
-      s.is_outlier = is_behind || off_px > options.outlier_px;
+      s.is_outlier = is_behind || off_px > most_px;
       if (newest.time_s - image.time_s < kSeconds) {
         fit.cost += std::pow(std::min(kMostSigmas, off_px / options.sigma_px), 2);
         ++recent;
       }
       if (image.id != newest.id) continue;
       p.is_tracked = !s.is_outlier;
-      fit.inliers += p.is_tracked;
+      fit.inliers += off_px <= options.outlier_px;
     }
   }
   fit.cost /= std::max(1, recent);

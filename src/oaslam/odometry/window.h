@@ -49,6 +49,8 @@ struct WindowPoint {
   const Eigen::Vector2d* RayIn(int image) const;
   // The depth is known to a third: it helps to guess that of its neighbours.
   bool HasDepth() const { return variance < 0.1 * inverse_depth * inverse_depth; }
+  // To a tenth.
+  bool HasGoodDepth() const { return variance < 0.01 * inverse_depth * inverse_depth; }
 };
 
 struct WindowOptions {
@@ -61,6 +63,9 @@ struct WindowOptions {
   // motions into minima (docs/lab/odometry.md).
   double corner_chi2 = 0.5;
   double outlier_px = 3;  // kMostSigmas
+  // Of a point whose depth is well known: where such points do not fit, the newest poses may be
+  // what is wrong, and the scale would go with them (docs/lab/odometry.md).
+  double known_outlier_px = 10;
   // Change of velocity in a second, in median depths per second: of a hand.
   double velocity_sigma = 1.5;
   // Change of the turn's rate over a second, rad/s, where it is a random walk: of this film, as far
@@ -125,7 +130,7 @@ WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool
 
 // How the images agree with a window.
 struct WindowFit {
-  int inliers = 0;  // sightings of the newest image
+  int inliers = 0;  // sightings of the newest image, by outlier_px
   // Mean squared error of the sightings of the last half second, in sigmas; a sighting counts at
   // most as one that is off by four.
   double cost = 0;

@@ -116,6 +116,22 @@ TEST(Window, OutliersAreFlaggedAndNoLongerTracked) {
   EXPECT_FALSE(window.points[9].sightings.back().is_outlier);
 }
 
+// Where points whose depth is well known do not fit, the newest poses may be what is wrong.
+TEST(Window, APointOfGoodDepthStaysLongerThanOthers) {
+  Walk walk(false);
+  Window window = walk.Seen(walk.truth, true);
+  for (WindowPoint& p : window.points) p.variance = p.inverse_depth * p.inverse_depth;
+  WindowPoint &known = window.points[3], &fresh = window.points[4], &lost = window.points[5];
+  known.variance = lost.variance = 1e-6;
+  for (WindowPoint* p : {&known, &fresh, &lost})
+    p->sightings.back().ray.x() += (p == &lost ? 20 : 6) / kFocal;
+  const WindowFit fit = FlagOutliers(kOptions, window);
+  EXPECT_TRUE(known.is_tracked);
+  EXPECT_FALSE(fresh.is_tracked);
+  EXPECT_FALSE(lost.is_tracked);
+  EXPECT_EQ(fit.inliers, static_cast<int>(window.points.size()) - 3);
+}
+
 TEST(Window, UnusedPartsGo) {
   Walk walk(false);
   Window window = walk.Seen(walk.truth, true);
