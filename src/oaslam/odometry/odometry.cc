@@ -312,6 +312,7 @@ void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate)
   WindowFit fit = FlagOutliers(window_options_, window_);
   if (LookForRival(fit.cost, estimate)) fit = FlagOutliers(window_options_, window_);
   estimate.covariance = covariance_;
+  estimate.tracked = fit.compared;
   estimate.inliers = fit.inliers;
   UpdateMedianDepth(true, window_);
   estimate.cam_from_odom = window_.newest().cam_from_odom;
@@ -341,7 +342,8 @@ double Odometry::ShareThatFits(const Rigid3& cam_from_odom) const {
   int seen = 0, fits = 0;
   const std::vector<Rigid3> from = window_.FromImages(cam_from_odom);
   for (const WindowPoint& p : window_.points) {
-    if (p.sightings.empty() || p.sightings.back().image != window_.newest().id) continue;
+    if (p.sightings.empty() || p.sightings.back().image != window_.newest().id || !p.DidFit())
+      continue;
     const auto px = PxOf(from[window_.IndexOf(p.anchor)], p);
     ++seen;
     fits += px && (*px - p.px).norm() < window_options_.outlier_px;

@@ -62,7 +62,7 @@ struct OdometryEstimate {
   // With this image the odometry took another motion for that of its newest images: their poses
   // since this one, as they were given, were wrong.
   std::optional<int> exchanged_since{};
-  int tracked = 0;  // points followed into this image
+  int tracked = 0;  // points followed into this image, of those that did fit before
   int inliers = 0;
   bool is_keyframe = false;
 };

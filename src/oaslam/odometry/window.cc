@@ -279,13 +279,15 @@ WindowFit FlagOutliers(const WindowOptions& options, Window& window) {
       const double off_px =
           is_behind ? INFINITY : (x.head<2>() / x.z() - s.ray).norm() * options.focal_px;
       s.is_outlier = is_behind || off_px > most_px;
+      s.fits = off_px <= options.outlier_px;
       if (newest.time_s - image.time_s < kSeconds) {
         fit.cost += std::pow(std::min(kMostSigmas, off_px / options.sigma_px), 2);
         ++recent;
       }
       if (image.id != newest.id) continue;
       p.is_tracked = !s.is_outlier;
-      fit.inliers += off_px <= options.outlier_px;
+      fit.inliers += p.DidFit() && s.fits;
+      fit.compared += p.DidFit();
     }
   }
   fit.cost /= std::max(1, recent);

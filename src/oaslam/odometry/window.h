@@ -27,6 +27,7 @@ struct Sighting {
   Eigen::Vector2f px;   // in the tracked image
   Eigen::Vector2d ray;  // ideal
   bool is_outlier = false;
+  bool fits = true;  // within WindowOptions::outlier_px
 };
 
 struct WindowPoint {
@@ -51,6 +52,8 @@ struct WindowPoint {
   bool HasDepth() const { return variance < 0.1 * inverse_depth * inverse_depth; }
   // To a tenth.
   bool HasGoodDepth() const { return variance < 0.01 * inverse_depth * inverse_depth; }
+  // Where the sighting before the newest did not fit, the newest tells nothing new.
+  bool DidFit() const { return sightings.size() < 2 || sightings[sightings.size() - 2].fits; }
 };
 
 struct WindowOptions {
@@ -130,7 +133,8 @@ WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool
 
 // How the images agree with a window.
 struct WindowFit {
-  int inliers = 0;  // sightings of the newest image, by outlier_px
+  int inliers = 0;   // sightings of the newest image that fit,
+  int compared = 0;  // of those whose points did fit before
   // Mean squared error of the sightings of the last half second, in sigmas; a sighting counts at
   // most as one that is off by four.
   double cost = 0;
