@@ -130,6 +130,10 @@ TEST(Window, APointOfGoodDepthStaysLongerThanOthers) {
   EXPECT_FALSE(fresh.is_tracked);
   EXPECT_FALSE(lost.is_tracked);
   EXPECT_EQ(fit.inliers, static_cast<int>(window.points.size()) - 3);
+  // One that did not fit before either tells nothing new of the newest image.
+  EXPECT_EQ(fit.compared, static_cast<int>(window.points.size()));
+  known.sightings[known.sightings.size() - 2].ray.x() += 6 / kFocal;
+  EXPECT_EQ(FlagOutliers(kOptions, window).compared, fit.compared - 1);
 }
 
 TEST(Window, UnusedPartsGo) {
