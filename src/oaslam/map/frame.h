@@ -43,6 +43,9 @@ struct FrameMotion {
   int image = 0;
   Rigid3 cam_from_odom;
   bool is_preliminary = false;
+  // How far the odometry's scale may have wandered: a variance of its logarithm, of which the
+  // difference is that between two images of a run.
+  double scale_drift = 0;
   double agreeing = 1;  // share of the points followed that agree with the pose
   // cam_from_odom of the odometry's keyframes as they are known with this image, by image,
   // ascending; none while the motion is preliminary.

@@ -76,10 +76,16 @@ struct Pose {
   Four r[9], t[3];
 };
 
-HWY_INLINE Four Chi2(const Points& p, Four seen_x, Four seen_y, Four inverse_sigma) {
+// The root of the information of a sighting, symmetric.
+struct Root2 {
+  Four xx, xy, yy;
+};
+
+HWY_INLINE Four Chi2(const Points& p, Four seen_x, Four seen_y, const Root2& root) {
   const Mask is_behind = p.z < Set(kNearest);
   const Four z = is_behind ? Set(1) : p.z;
-  const Four x = inverse_sigma * (p.x / z - seen_x), y = inverse_sigma * (p.y / z - seen_y);
+  const Four off_x = p.x / z - seen_x, off_y = p.y / z - seen_y;
+  const Four x = root.xx * off_x + root.xy * off_y, y = root.xy * off_x + root.yy * off_y;
   return is_behind ? Set(kBehindChi2) : x * x + y * y;
 }
 
@@ -90,7 +96,8 @@ void Costs(std::span<const ImagePair> pairs, const SightingTable& t, double corn
     for (size_t i = pair.begin; i < pair.end; i += 4) {
       const Points p =
           pose.At(Load(&t.anchor_x[i]), Load(&t.anchor_y[i]), Load(&t.inverse_depth[i]));
-      const Four chi2 = Chi2(p, Load(&t.seen_x[i]), Load(&t.seen_y[i]), Load(&t.inverse_sigma[i]));
+      const Four chi2 = Chi2(p, Load(&t.seen_x[i]), Load(&t.seen_y[i]),
+                             {Load(&t.root_xx[i]), Load(&t.root_xy[i]), Load(&t.root_yy[i])});
       Store(LossCost(chi2, corner_chi2), costs + i);
     }
   }
@@ -100,10 +107,11 @@ void CostsOfDepths(const ImagePair& pair, const SightingTable& t, size_t row,
                    std::span<const double> inverse_depths, double corner_chi2, double* costs) {
   const Pose pose(pair);
   const Four x = Set(t.anchor_x[row]), y = Set(t.anchor_y[row]), seen_x = Set(t.seen_x[row]),
-             seen_y = Set(t.seen_y[row]), inverse_sigma = Set(t.inverse_sigma[row]);
+             seen_y = Set(t.seen_y[row]);
+  const Root2 root{Set(t.root_xx[row]), Set(t.root_xy[row]), Set(t.root_yy[row])};
   for (size_t i = 0; i < inverse_depths.size(); i += 4) {
     const Points p = pose.At(x, y, Load(&inverse_depths[i]));
-    const Four chi2 = Chi2(p, seen_x, seen_y, inverse_sigma);
+    const Four chi2 = Chi2(p, seen_x, seen_y, root);
     Store(Load(costs + i) + LossCost(chi2, corner_chi2), costs + i);
   }
 }
@@ -167,25 +175,39 @@ void Linearize(std::span<const ImagePair> pairs, const SightingTable& t, double 
     const Pose pose(pair);
     PairSum sum;
     for (size_t i = pair.begin; i < pair.end; i += 4) {
-      const Four rho = Load(&t.inverse_depth[i]), inverse_sigma = Load(&t.inverse_sigma[i]);
+      const Four rho = Load(&t.inverse_depth[i]);
+      const Root2 root{Load(&t.root_xx[i]), Load(&t.root_xy[i]), Load(&t.root_yy[i])};
       const Points p = pose.At(Load(&t.anchor_x[i]), Load(&t.anchor_y[i]), rho);
       const Mask is_behind = p.z < Set(kNearest);
       const Four inverse_z = Set(1) / (is_behind ? Set(1) : p.z);
       const Four projected_x = p.x * inverse_z, projected_y = p.y * inverse_z;
-      const Four residual_x = inverse_sigma * (projected_x - Load(&t.seen_x[i])),
-                 residual_y = inverse_sigma * (projected_y - Load(&t.seen_y[i]));
+      const Four off_x = projected_x - Load(&t.seen_x[i]), off_y = projected_y - Load(&t.seen_y[i]);
+      const Four residual_x = root.xx * off_x + root.xy * off_y,
+                 residual_y = root.xy * off_x + root.yy * off_y;
       const Four chi2 = residual_x * residual_x + residual_y * residual_y;
       const Four weight = is_behind ? Set(0) : LossWeight(chi2, corner_chi2);
-      // Of the residuals by x and y of the point alike, and of each by z.
-      const Four by_xy = inverse_z * inverse_sigma,
-                 x_by_z = -projected_x * inverse_z * inverse_sigma,
-                 y_by_z = -projected_y * inverse_z * inverse_sigma;
-      const Four x_by_rho = by_xy * pose.t[0] + x_by_z * pose.t[2],
-                 y_by_rho = by_xy * pose.t[1] + y_by_z * pose.t[2];
-      Four x[8] = {rho * by_xy,  Set(0),     rho * x_by_z, x_by_z * p.y, by_xy * p.z - x_by_z * p.x,
-                   -by_xy * p.y, residual_x, Set(0)};
-      Four y[8] = {Set(0),        rho * by_xy, rho * y_by_z, y_by_z * p.y - by_xy * p.z,
-                   -y_by_z * p.x, by_xy * p.x, residual_y,   Set(0)};
+      // Of the residuals by the point.
+      const Four xx = root.xx * inverse_z, xy = root.xy * inverse_z, yy = root.yy * inverse_z;
+      const Four x_by_z = -(xx * projected_x + xy * projected_y),
+                 y_by_z = -(xy * projected_x + yy * projected_y);
+      const Four x_by_rho = xx * pose.t[0] + xy * pose.t[1] + x_by_z * pose.t[2],
+                 y_by_rho = xy * pose.t[0] + yy * pose.t[1] + y_by_z * pose.t[2];
+      Four x[8] = {rho * xx,
+                   rho * xy,
+                   rho * x_by_z,
+                   x_by_z * p.y - xy * p.z,
+                   xx * p.z - x_by_z * p.x,
+                   xy * p.x - xx * p.y,
+                   residual_x,
+                   Set(0)};
+      Four y[8] = {rho * xy,
+                   rho * yy,
+                   rho * y_by_z,
+                   y_by_z * p.y - yy * p.z,
+                   xy * p.z - y_by_z * p.x,
+                   yy * p.x - xy * p.y,
+                   residual_y,
+                   Set(0)};
       Four term[16];
       term[0] = weight * (x_by_rho * x_by_rho + y_by_rho * y_by_rho);
       term[1] = weight * (x_by_rho * residual_x + y_by_rho * residual_y);
@@ -243,7 +265,7 @@ HWY_EXPORT(Eliminate);
 
 void SightingTable::Resize(size_t rows) {
   for (std::vector<double>* column :
-       {&anchor_x, &anchor_y, &seen_x, &seen_y, &inverse_sigma, &inverse_depth})
+       {&anchor_x, &anchor_y, &seen_x, &seen_y, &root_xx, &root_xy, &root_yy, &inverse_depth})
     column->assign(rows, 0);
 }
 

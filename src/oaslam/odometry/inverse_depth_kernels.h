@@ -25,10 +25,10 @@ struct ImagePair {
 // Sightings by pairs of images, and within a pair by point. A row that only fills up the rows of a
 // pair has an inverse sigma of 0 and counts nothing.
 struct SightingTable {
-  std::vector<double> anchor_x, anchor_y;  // ray of the point in its anchor, z = 1
-  std::vector<double> seen_x, seen_y;      // in the image
-  std::vector<double> inverse_sigma;
-  std::vector<double> inverse_depth;  // of the point
+  std::vector<double> anchor_x, anchor_y;         // ray of the point in its anchor, z = 1
+  std::vector<double> seen_x, seen_y;             // in the image
+  std::vector<double> root_xx, root_xy, root_yy;  // of the information, symmetric; 1 / rad
+  std::vector<double> inverse_depth;              // of the point
 
   void Resize(size_t rows);  // all zero
 };

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/levenberg_marquardt.h"
@@ -160,6 +161,38 @@ class WindowEquations {
 
   // The information on the poses, the depths being unknown: the whole Schur complement.
   Eigen::MatrixXd Information() { return Reduced(0, false).selfadjointView<Eigen::Lower>(); }
+  ScaleInView Scale(const InverseDepthState& state) const {
+    // The information on the logarithm of a depth that is known to a third; and from where on more
+    // counts no more, so that no point is all.
+    constexpr double kLeast = 10, kMost = 400;
+    const int last = problem_.free_poses - 1;
+    ScaleInView scale{Eigen::VectorXd::Zero(m_.gradient.size())};
+    double sum = 0;
+    size_t measurement = 0, cross = 0;
+    for (size_t i = 0; i < m_.depths.size(); ++i) {
+      const InverseDepthSolver::Memory::Depth& d = m_.depths[i];
+      bool is_seen = false;
+      for (; measurement < problem_.measurements.size() &&
+             problem_.measurements[measurement].point == static_cast<int>(i);
+           ++measurement)
+        is_seen = is_seen || (problem_.measurements[measurement].pose == last &&
+                              !problem_.measurements[measurement].is_outlier);
+      const size_t first = std::exchange(cross, d.cross_end);
+      const double rho = state.inverse_depths[i], information = rho * rho * d.hessian;
+      if (!is_seen || rho <= 0 || information < kLeast) continue;
+      const double weight = std::min(kMost, information);
+      sum += weight;
+      scale.variance += weight * weight / information;
+      for (size_t k = first; k < d.cross_end; ++k)
+        scale.by_poses.segment<6>(6 * m_.cross[k].pose) -=
+            weight / (rho * d.hessian) * Block(m_.cross[k]);
+    }
+    if (sum > 0) {
+      scale.by_poses /= sum;
+      scale.variance /= sum * sum;
+    }
+    return scale;
+  }
   std::vector<double> Variances() const {
     std::vector<double> variances;
     for (const auto& d : m_.depths) variances.push_back(1 / d.hessian);
@@ -434,7 +467,10 @@ InverseDepthReport InverseDepthSolver::Minimize(const InverseDepthProblem& probl
   if (problem.measurements.empty() || problem.free_poses == 0) return report;
   WindowEquations equations(problem, state.poses.size(), *memory_);
   report.solver = MinimizeLevenbergMarquardt(equations, options.Loop(), state);
-  if (with_information) report.information = equations.Information();
+  if (with_information) {
+    report.information = equations.Information();
+    report.scale = equations.Scale(state);
+  }
   report.variances = equations.Variances();
   return report;
 }

@@ -19,9 +19,9 @@ namespace oaslam {
 // A point seen again. Sorted by point; a point is not measured in its anchor.
 struct DepthMeasurement {
   int point = 0, pose = 0;
-  Eigen::Vector2d ray;       // in the image of `pose`
-  double inverse_sigma = 1;  // 1 / rad
-  bool is_outlier = false;   // has no influence
+  Eigen::Vector2d ray;                                             // in the image of `pose`
+  Eigen::Matrix2d root_information = Eigen::Matrix2d::Identity();  // symmetric, 1 / rad
+  bool is_outlier = false;                                         // has no influence
 };
 
 // What is known of a point before its measurements.
@@ -110,12 +110,20 @@ void SearchDepths(std::span<const double> candidates, const InverseDepthProblem&
 // From infinity to 14 times `usual`.
 void SearchDepths(double usual, const InverseDepthProblem& problem, InverseDepthState& state);
 
+// How the scale of what the last free pose sees depends on the poses: the mean logarithm of the
+// inverse depths of its points, by how well they are known.
+struct ScaleInView {
+  Eigen::VectorXd by_poses;  // its derivative by the free poses, in the order of PoseVector
+  double variance = 0;       // that of the depths themselves, the poses being right
+};
+
 struct InverseDepthReport {
   MinimizationReport solver;
   std::vector<double> variances;  // of each inverse depth, the poses being right
   // Of the free poses, the points eliminated: the normal equations at the last linearisation, in
   // the order of PoseVector. Empty unless it was asked for.
   Eigen::MatrixXd information;
+  ScaleInView scale;  // with it
 };
 
 // Levenberg-Marquardt on the Schur complement of the inverse depths. Huber's threshold is that of

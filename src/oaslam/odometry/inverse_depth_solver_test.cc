@@ -2,12 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "instruction_sets.h"
 #include "oaslam/estimation/huber.h"
 #include "oaslam/geometry/pose_step.h"
+#include "oaslam/odometry/patch_edge.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
@@ -24,10 +27,10 @@ struct Scene {
   InverseDepthProblem problem;
   InverseDepthState truth;
 
-  explicit Scene(double noise_px = 0) {
+  explicit Scene(double noise_px = 0, uint64_t noise_seed = 5) {
     constexpr int kCameras = 6, kPoints = 80;
     constexpr double kFocal = 500;
-    Rng rng(4);
+    Rng rng(4), noise_rng(noise_seed);
     std::vector<Rigid3> poses;
     for (int k = 0; k < kCameras; ++k)
       poses.push_back(Pose({0.1 * k, 0.03 * k * k, 0.02 * k}, 0.035 * k));
@@ -46,11 +49,16 @@ struct Scene {
       for (int k = 0; k < kCameras; ++k) {
         if (k == anchor) continue;
         const Eigen::Vector3d x = ScaledPoint(poses[k] * poses[anchor].Inverse(), ray, 1 / depth);
-        const Eigen::Vector2d noise(rng.Gaussian(noise_px), rng.Gaussian(noise_px));
-        problem.measurements.push_back(
-            {i, pose_of[k], x.hnormalized() + noise / kFocal, kFocal / 0.7});
+        const Eigen::Vector2d noise(noise_rng.Gaussian(noise_px), noise_rng.Gaussian(noise_px));
+        problem.measurements.push_back({i, pose_of[k], x.hnormalized() + noise / kFocal,
+                                        kFocal / 0.7 * EdgeOf(i).RootOfInformation()});
       }
     }
+  }
+
+  // Every second point is on an edge, along which it is known a quarter as well.
+  static PatchEdge EdgeOf(int point) {
+    return {{std::cos(point), std::sin(point)}, point % 2 == 0 ? 4.0 : 1.0};
   }
 
   InverseDepthState Disturbed() const {
@@ -120,6 +128,51 @@ TEST(InverseDepthSolver, EndsAtAMinimumWithAllPriors) {
       if (moved.inverse_depths[i] < scene.problem.least_inverse_depth) continue;
       EXPECT_GT(CostOf(scene.problem, moved), best) << i;
     }
+}
+
+// Points that have slid along their edges hardly change the poses, where edges are known as such.
+TEST(InverseDepthSolver, ASlideAlongAnEdgeCountsLess) {
+  const auto worst_center = [](double slide) {
+    Scene scene;
+    for (DepthMeasurement& m : scene.problem.measurements) {
+      const PatchEdge edge{Scene::EdgeOf(m.point).along, slide};
+      m.ray += 0.006 * std::abs(edge.along.y()) * edge.along;  // 3 px at most, downwards or up
+      m.root_information = 700 * edge.RootOfInformation();
+    }
+    InverseDepthState state = scene.truth;
+    InverseDepthSolver().Minimize(scene.problem, kThorough, state);
+    return scene.WorstCenter(state);
+  };
+  EXPECT_LT(worst_center(20), 0.3 * worst_center(1));
+}
+
+// The error of the scale that is foretold is the one that noise makes.
+TEST(InverseDepthSolver, ForetellsHowWellTheScaleIsHeld) {
+  constexpr int kRuns = 60;
+  double sum = 0, foretold = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    Scene scene(0.7, 100 + run);
+    scene.problem.corner_chi2 = 0;
+    const auto is_near = [&](int point) { return scene.truth.inverse_depths[point] > 0.3; };
+    for (DepthMeasurement& m : scene.problem.measurements) {
+      m.root_information = 500 / 0.7 * Eigen::Matrix2d::Identity();
+      m.is_outlier = !is_near(m.point);  // far points would count by their own errors
+    }
+    InverseDepthState state = scene.truth;
+    const InverseDepthReport report =
+        InverseDepthSolver().Minimize(scene.problem, kThorough, state, true);
+    const Eigen::VectorXd& by_poses = report.scale.by_poses;
+    foretold += report.scale.variance + by_poses.dot(report.information.ldlt().solve(by_poses));
+    double off = 0;
+    int near = 0;
+    for (size_t i = 0; i < state.inverse_depths.size(); ++i) {
+      if (!is_near(static_cast<int>(i))) continue;
+      off += std::log(state.inverse_depths[i] / scene.truth.inverse_depths[i]);
+      ++near;
+    }
+    sum += std::pow(off / near, 2);
+  }
+  EXPECT_NEAR(std::sqrt(sum / foretold), 1, 0.4);
 }
 
 // Without points in view a pose goes on turning as those before it.

@@ -55,6 +55,9 @@ struct OdometryEstimate {
   // Of a PoseVector, from the window alone as it was optimised last: it orders estimates by their
   // risk, but says 1 or 2 % where a wrong minimum is off by 15.
   PoseCovariance covariance = PoseCovariance::Zero();
+  // How far the scale may have wandered since the odometry began: a variance of its logarithm, of
+  // which the difference is that between two images.
+  double scale_drift = 0;
   int image = 0;  // counted since the motion was begun
   // Once the motion is not preliminary: cam_from_odom of the window's keyframes as they are now, by
   // image, ascending. They replace what was given for them.
@@ -116,6 +119,7 @@ class Odometry {
   double ShareThatFits(const Rigid3& cam_from_odom) const;
   void OptimizeWindow(std::span<const Rigid3> starts);
   void EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate);
+  void AddScaleDrift();
   bool LookForRival(double cost, OdometryEstimate& estimate);
   bool NeedsKeyframe(const OdometryEstimate& estimate) const;
   void MakeKeyframe();
@@ -140,6 +144,8 @@ class Odometry {
   double doubt_ = 0;  // how many points did not fit in the last images
   bool is_uncertain_ = false;
   PoseCovariance covariance_ = PoseCovariance::Zero();
+  double scale_variance_ = 0;  // of the logarithm, between the held images and the newest
+  double scale_drift_ = 0;
   Window window_;
   InverseDepthSolver solver_;
   bool is_beginning_ = true;

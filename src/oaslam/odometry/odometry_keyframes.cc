@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "oaslam/odometry/odometry.h"
+#include "oaslam/odometry/patch_edge.h"
 #include "oaslam/odometry/patch_fit.h"
 #include "oaslam/odometry/point_flow.h"
 #include "oaslam/util/median.h"
@@ -144,6 +145,7 @@ void Odometry::AddPoints() {
     if (IsHidden(px)) continue;
     WindowPoint point{newest.id, px, RayAt(px)};
     point.px = px;
+    point.edge = EdgeAt(present_->level(0), px);
     point.inverse_depth = median;
     if (depths.size() >= 3) {
       std::array<std::pair<float, double>, 3> nearest;

@@ -58,8 +58,7 @@ Rigid3 RefinePose(std::span<const PosePoint> points, const WindowOptions& option
       by_x << inverse_z, 0, -projected.x() * inverse_z, 0, inverse_z, -projected.y() * inverse_z;
       const Eigen::Vector2d along = by_x * by_depth;
       const Eigen::Matrix2d information =
-          (variance * Eigen::Matrix2d::Identity() + p.variance * along * along.transpose())
-              .inverse();
+          (variance * p.covariance + p.variance * along * along.transpose()).inverse();
       const double chi2 = residual.dot(information * residual);
       double weight = LossOf(chi2, options.huber_sigmas * options.huber_sigmas).weight;
       if (chi2 > kFar2) weight *= kFarWeight;

@@ -15,6 +15,8 @@ struct PosePoint {
   Eigen::Vector3d anchor_center;  // in the odometry's frame
   double inverse_depth = 1, variance = 1;
   Eigen::Vector2d ray;  // in the new image
+  // Of the sighting, in squares of WindowOptions::sigma_px.
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();
 };
 
 // Where the camera is expected, and how surely.

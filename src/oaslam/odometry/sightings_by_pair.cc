@@ -21,7 +21,10 @@ void SightingsByPair::Set(const InverseDepthProblem& problem, size_t poses, bool
     table_.anchor_y[row] = ray.y();
     table_.seen_x[row] = m.ray.x();
     table_.seen_y[row] = m.ray.y();
-    if (!m.is_outlier || with_outliers) table_.inverse_sigma[row] = m.inverse_sigma;
+    if (m.is_outlier && !with_outliers) continue;
+    table_.root_xx[row] = m.root_information(0, 0);
+    table_.root_xy[row] = m.root_information(0, 1);
+    table_.root_yy[row] = m.root_information(1, 1);
   }
 }
 

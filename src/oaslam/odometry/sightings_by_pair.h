@@ -25,7 +25,7 @@ class SightingsByPair {
   std::span<const ImagePair> pairs() const { return pairs_; }
   const Images& ImagesOf(size_t pair) const { return images_[pair]; }
   const SightingTable& table() const { return table_; }
-  size_t rows() const { return table_.inverse_sigma.size(); }
+  size_t rows() const { return table_.seen_x.size(); }
   size_t RowOf(size_t measurement) const { return row_of_[measurement]; }
   const ImagePair& PairOf(size_t measurement) const { return pairs_[pair_of_[measurement]]; }
 

@@ -113,6 +113,7 @@ void Window::Remove(int id) {
     if (seen != point.sightings.end() && seen->image == id) point.sightings.erase(seen);
     if (point.anchor != id || point.sightings.empty()) continue;
     const Sighting next = point.sightings.front();
+    point.edge = point.edge.In(Image(next.image).cam_from_odom * Image(id).cam_from_odom.Inverse());
     const double depth_there = InverseDepthIn(point, Image(next.image));
     point.variance *= std::pow(depth_there / std::max(point.inverse_depth, 1e-6), 2);
     point.inverse_depth = point.prior_inverse_depth = depth_there;
@@ -212,6 +213,7 @@ WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool
   for (int k = 0; k < count; ++k) pose_of[made.images[k]] = k;
 
   const double inverse_sigma = options.focal_px / options.sigma_px;
+  RelativePoses relative(window);
   for (size_t i = 0; i < window.points.size(); ++i) {
     const WindowPoint& p = window.points[i];
     if (p.sightings.empty() || !HasFreeImage(window, p)) continue;
@@ -219,9 +221,13 @@ WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool
     ImagesOfPoint of(window, p);
     made.points.push_back(static_cast<int>(i));
     problem.points.push_back({pose_of[of.anchor()], p.ray, p.prior_inverse_depth, p.prior_sigma});
-    for (const Sighting& s : p.sightings)
+    for (const Sighting& s : p.sightings) {
+      const size_t image = of.Of(s);
       problem.measurements.push_back(
-          {point, pose_of[of.Of(s)], s.ray, inverse_sigma, s.is_outlier && !with_outliers});
+          {point, pose_of[image], s.ray,
+           inverse_sigma * p.edge.In(relative.Of(image, of.anchor())).RootOfInformation(),
+           s.is_outlier && !with_outliers});
+    }
   }
 
   // The free images, with the two newest of the held ones before them.
@@ -274,10 +280,12 @@ WindowFit FlagOutliers(const WindowOptions& options, Window& window) {
       const size_t i = of.Of(s);
       const WindowImage& image = window.images[i];
       if (window.images[of.anchor()].is_held && image.is_held) continue;
-      const Eigen::Vector3d x = ScaledPoint(relative.Of(i, of.anchor()), p.ray, p.inverse_depth);
+      const Rigid3& there = relative.Of(i, of.anchor());
+      const Eigen::Vector3d x = ScaledPoint(there, p.ray, p.inverse_depth);
       const bool is_behind = x.z() < kBehind;
       const double off_px =
-          is_behind ? INFINITY : (x.head<2>() / x.z() - s.ray).norm() * options.focal_px;
+          is_behind ? INFINITY
+                    : p.edge.In(there).Off(x.head<2>() / x.z() - s.ray) * options.focal_px;
       s.is_outlier = is_behind || off_px > most_px;
       s.fits = off_px <= options.outlier_px;
       if (newest.time_s - image.time_s < kSeconds) {

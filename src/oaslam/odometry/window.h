@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "oaslam/odometry/inverse_depth_solver.h"
+#include "oaslam/odometry/patch_edge.h"
 #include "oaslam/odometry/turn.h"
 #include "oaslam/rigid3.h"
 
@@ -34,6 +35,7 @@ struct WindowPoint {
   int anchor = 0;  // id of the image that saw it first
   Eigen::Vector2f anchor_px = Eigen::Vector2f::Zero();
   Eigen::Vector2d ray = Eigen::Vector2d::Zero();  // there
+  PatchEdge edge{};                               // there
   double inverse_depth = 1, variance = 1;
   double prior_inverse_depth = 1, prior_sigma = 1;
   std::vector<Sighting> sightings{};  // by image

@@ -161,6 +161,7 @@ std::shared_ptr<const FrameMotion> Slam::Impl::RunOdometry(const ImageInput& gre
     motion->is_preliminary = estimate.state == OdometryState::kPreliminary;
     motion->is_keyframe = estimate.is_keyframe;
     motion->exchanged_since = estimate.exchanged_since;
+    motion->scale_drift = estimate.scale_drift;
     motion->agreeing = estimate.inliers / std::max(1.0, static_cast<double>(estimate.tracked));
     for (const OdometryDepth& d : odometry_->Depths())
       motion->depths.push_back({ProjectIdeal(camera_, d.ray.homogeneous()).cast<float>(),
