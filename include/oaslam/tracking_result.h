@@ -41,12 +41,13 @@ struct TrackingResult {
   void SetPose(const std::optional<Rigid3>& world_from_cam) { world_from_cam_ = world_from_cam; }
 
   PoseSource source = PoseSource::kNone;
-  // PoseCovariance says its frame and axes. 0 without a pose. What a loop will correct is in it
-  // only as far as such errors are usual (docs/lab/uncertainty.md).
+  // PoseCovariance says its frame and axes. 0 without a pose. What a loop will correct is in it as
+  // far as the odometry knows how well it holds the scale (docs/lab/uncertainty.md).
   PoseCovariance covariance = PoseCovariance::Zero();
   // The pose may be off by far more than the covariance says: it is preliminary, its confidence is
-  // below .9, its sigma a tenth of the depth, or the map may have changed its scale since it was
-  // begun, in a doorway or a swing. It ends where the camera sees again what it saw before.
+  // below .9, its sigma a tenth of the depth without what drift has bent, the motion alone has
+  // carried it on for .2 s, or it is in a part of the map that hardly anything ties to the rest.
+  // That ends where the camera sees again what it saw before.
   bool is_uncertain = false;
   double confidence = 0;  // probability that the pose is right (RelocalizationResult)
   // While the camera's motion carries the pose on (kOdometry): seconds since the map gave it; else

@@ -31,6 +31,7 @@ Similarity FromBlock(const Block& b) {
 struct EdgeResidual {
   Similarity measured;
   double held, depth;
+  bool is_scale_known;
 
   template <typename T>
   bool operator()(const T* from, const T* to, T* residual) const {
@@ -48,7 +49,7 @@ struct EdgeResidual {
     Eigen::Map<Eigen::Matrix<T, 7, 1>> r(residual);
     r.template head<3>() = (here - scale * (rotation * to_translation)) * T(held / depth);
     r.template segment<3>(3) = (rotation.w() < T(0) ? T(-2) : T(2)) * rotation.vec();
-    r(6) = T(held) * (std::log(measured.scale) + from[7] - to[7]);
+    r(6) = T(is_scale_known ? held : 0.0) * (std::log(measured.scale) + from[7] - to[7]);
     return true;
   }
 };
@@ -70,8 +71,8 @@ std::optional<std::vector<Similarity>> OptimizePoseGraph(const std::vector<Simil
   }
   for (const PoseGraphEdge& edge : edges)
     problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<EdgeResidual, 7, 8, 8>(
-            new EdgeResidual{edge.to_from_from, edge.held, edge.depth > 0 ? edge.depth : 1}),
+        new ceres::AutoDiffCostFunction<EdgeResidual, 7, 8, 8>(new EdgeResidual{
+            edge.to_from_from, edge.held, edge.depth > 0 ? edge.depth : 1, edge.is_scale_known}),
         nullptr, blocks[edge.from].data(), blocks[edge.to].data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;

@@ -43,6 +43,12 @@ struct KeyframeMotion {
   }
 };
 
+// FrameMotion::run and scale_drift of an image.
+struct ScaleDrift {
+  int run = 0;
+  double variance = 0;
+};
+
 struct Keyframe {
   int frame_index = 0;
   double timestamp = 0;
@@ -53,6 +59,7 @@ struct Keyframe {
   std::vector<Covisible> covisible;                 // most shared landmarks first, then by id
   std::optional<Eigen::Vector3d> gravity_in_cam{};  // measured, any length; not saved
   std::optional<KeyframeMotion> motion{};           // not saved
+  std::optional<ScaleDrift> scale_drift{};          // not saved
   std::shared_ptr<const GreyBuffer> image{};        // as Frame's, until described; not saved
   // By entry of features->learned: z in the camera of a point that no landmark explains, map units;
   // 0 where there is none.

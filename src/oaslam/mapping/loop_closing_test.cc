@@ -337,6 +337,31 @@ TEST(LoopClosing, AScaleLostAtADoorwayIsMendedThere) {
     }
 }
 
+// A loop that tells where the camera is, but not how long things are there: the scale is mended
+// where the odometry lost it, so that both the end and the way there come nearer to the truth.
+TEST(LoopClosing, AScaleThatTheLoopDoesNotTellIsThatOfTheWay) {
+  for (const double scale : {0.8, 1.25}) {
+    constexpr uint32_t kDoor = 12;
+    Parted p(scale, kDoor);
+    for (const KeyframeId id : p.map.keyframes.Ids()) {
+      Keyframe& keyframe = p.map.keyframes.MutableAt(id);
+      keyframe.timestamp = 0.1 * id.value;
+      keyframe.scale_drift = ScaleDrift{0, id < p.door ? 0.0 : 0.04};
+    }
+    LoopClosure loop = p.Loop();
+    const Eigen::Vector3d center = p.map.keyframes.At(loop.current).cam_from_world.OriginInSource();
+    loop.old_from_current =
+        Similarity(1, Eigen::Quaterniond::Identity(), loop.old_from_current * center - center);
+    loop.is_scale_known = false;
+    const double before = p.WorstCenter();
+    ASSERT_TRUE(CorrectLoop(loop, p.map));
+    EXPECT_LT(p.WorstShape(), 0.05) << scale;
+    EXPECT_LT(p.WorstCenter(), 0.5 * before) << scale;
+    EXPECT_LT(std::abs(std::log(p.map.keyframes.At(KeyframeId(30)).unit * scale)),
+              0.7 * std::abs(std::log(scale)));
+  }
+}
+
 // The other end is too far away to be a candidate by position: it is found by appearance.
 TEST(LoopClosing, ALargeDriftIsRecognisedAndObjectsMoveWithTheirKeyframes) {
   constexpr double kDrift = 8.5;

@@ -6,6 +6,7 @@
 #include "oaslam/bundle/pose_graph.h"
 #include "oaslam/map/joining.h"
 #include "oaslam/map/landmark_sets.h"
+#include "oaslam/map/scale_drift.h"
 #include "oaslam/mapping/loop_closing.h"
 #include "oaslam/matching/fusion.h"
 
@@ -45,12 +46,18 @@ int NodeOf(const std::vector<KeyframeId>& nodes, KeyframeId id) {
   return static_cast<int>(std::ranges::upper_bound(nodes, id) - nodes.begin()) - 1;
 }
 
-// How well two keyframes hold the way between them and the scale, by the landmarks that both see: a
-// hundred as well as any, few next to nothing. What a loop finds off was lost at a few such places,
-// as doorways are, and goes there instead of bending what was right.
-double HeldBy(int shared) {
-  constexpr double kEnough = 100, kLeast = 1e-3;
-  return std::clamp(std::pow(shared / kEnough, 2), kLeast, 1.0);
+// How well two keyframes hold the way between them and the scale: by the odometry, or by the
+// landmarks that both see, a hundred as well as any, few next to nothing. What a loop finds off was
+// lost at a few such places, as doorways are, and goes there instead of bending what was right.
+double HeldBy(const Keyframe& one, const Keyframe& other, int shared) {
+  constexpr double kLeast = 1e-3;
+  // Sigma of the logarithm of the scale: less holds no better than rotations are known.
+  constexpr double kBest = 0.004;
+  constexpr double kEnough = 100;
+  const auto variance = ScaleVarianceByOdometry(one, other);
+  return std::clamp(variance ? kBest / std::sqrt(std::max(*variance, kBest * kBest))
+                             : std::pow(shared / kEnough, 2),
+                    kLeast, 1.0);
 }
 
 std::vector<PoseGraphEdge> EdgesBetween(const Map& map, const std::vector<KeyframeId>& ids,
@@ -60,8 +67,10 @@ std::vector<PoseGraphEdge> EdgesBetween(const Map& map, const std::vector<Keyfra
   std::set<std::pair<int, int>> known;
   const auto add = [&](int from, int to, int shared) {
     if (from != to && known.emplace(from, to).second)
-      edges.push_back({from, to, nodes[to] * nodes[from].Inverse(), HeldBy(shared),
-                       map.MedianDepth(node_ids[to])});
+      edges.push_back(
+          {from, to, nodes[to] * nodes[from].Inverse(),
+           HeldBy(map.keyframes.At(node_ids[from]), map.keyframes.At(node_ids[to]), shared),
+           map.MedianDepth(node_ids[to])});
   };
   for (size_t i = 1; i < ids.size(); ++i) {
     const int from = NodeOf(node_ids, ids[i]);
@@ -145,14 +154,18 @@ bool SpreadCorrection(const LoopClosure& loop, KeyframeId held, Map& map) {
       NodesOf(map, motions.ids, {held, loop.old, loop.current});
   std::vector<Similarity> nodes;
   for (const KeyframeId id : node_ids) nodes.emplace_back(map.keyframes.At(id).cam_from_world);
-  const std::vector<PoseGraphEdge> edges = EdgesBetween(map, motions.ids, node_ids, nodes);
+  std::vector<PoseGraphEdge> edges = EdgesBetween(map, motions.ids, node_ids, nodes);
   std::vector<Similarity> start = nodes;
   std::vector<char> fixed(nodes.size(), 0);
-  for (const KeyframeId id : {held, loop.old, loop.current}) fixed[NodeOf(node_ids, id)] = 1;
-  const int current = NodeOf(node_ids, loop.current);
+  for (const KeyframeId id : {held, loop.old}) fixed[NodeOf(node_ids, id)] = 1;
+  const int current = NodeOf(node_ids, loop.current), old = NodeOf(node_ids, loop.old);
   start[current] = nodes[current] * loop.old_from_current.Inverse();
+  if (loop.is_scale_known)
+    fixed[current] = 1;
+  else  // The camera is where it was found; how long things are there, the way tells.
+    edges.push_back(
+        {old, current, start[current] * nodes[old].Inverse(), 1, map.MedianDepth(loop.old), false});
   // What lies beyond the weakest link begins as moved as a whole, if the held one is before it.
-  const int old = NodeOf(node_ids, loop.old);
   if (old < current) {
     const size_t beyond = BeyondWeakestLink(map, motions.ids, node_ids, static_cast<size_t>(old),
                                             static_cast<size_t>(current));

@@ -107,6 +107,7 @@ std::optional<LoopClosure> VerifyLoop(const Map& map, KeyframeId current,
   const bool is_scale_by_points = scale.has_value();
   if (!scale && candidate.by_objects) scale = candidate.by_objects->scale;
   if (!scale && !candidate.is_near) return std::nullopt;
+  loop.is_scale_known = scale.has_value();
   // Both poses are of the same camera: s (R_current x + t_current) = R_old x' + t_old.
   loop.old_from_current =
       Similarity(found->cam_from_world.Inverse()) *

@@ -71,11 +71,14 @@ ImagePose PoseCertainty::PoseToReport(const Frame& frame, const Map& map,
       .matched = tracked.matched,
       .inliers = tracked.inliers,
       .depth = tracked.depth};
-  const double links = drift_.LinksTo(map, tracked.reference);
-  const double off = std::sqrt(kLeastLinks + links);
+  const ChainOfViews& chain = drift_.ChainTo(map, tracked.reference);
+  const double off = std::sqrt(kLeastLinks + chain.links);
   const ExpectedPose map_error{
       {}, pose.depth * kOfSpread * std::min(kMostSpread, link.spread()) * off, kTurnOfLink * off};
-  pose.covariance = tracked.covariance + map_error.Covariance();
+  const PoseCovariance local = tracked.covariance + map_error.Covariance();
+  pose.covariance = local;
+  pose.covariance.diagonal().head<3>().array() +=
+      chain.SquaredOffByScale(tracked.cam_from_world.OriginInSource()) / 3;
   pose.seconds_without_map = is_seen ? 0 : frame.timestamp - link.seen_at();
   if (is_seen) best_confidence = std::max(best_confidence, ConfidenceOfTracked(pose.inliers));
   const double sigma = std::sqrt(tracked.covariance.topLeftCorner<3, 3>().trace() / 3);
@@ -84,7 +87,7 @@ ImagePose PoseCertainty::PoseToReport(const Frame& frame, const Map& map,
   constexpr double kLongWithoutMap = 0.2;
   pose.is_uncertain =
       parts_.IsLoose(map, tracked.reference) || pose.seconds_without_map >= kLongWithoutMap ||
-      pose.confidence < kSureConfidence || SigmaOfPosition(pose.covariance) > kFar * pose.depth;
+      pose.confidence < kSureConfidence || SigmaOfPosition(local) > kFar * pose.depth;
   return pose;
 }
 

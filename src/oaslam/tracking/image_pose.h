@@ -53,6 +53,9 @@ class PoseCertainty {
   ImagePose PoseToReport(const Frame& frame, const Map& map, const TrackReport& tracked,
                          TrackingState state, const OdometryLink& link, double& best_confidence);
 
+  // Follows a map of which all lengths were multiplied by `factor`.
+  void Scale(double factor) { drift_.Scale(factor); }
+
  private:
   MapDrift drift_;
   FirmParts parts_;

@@ -52,10 +52,28 @@ TEST_F(PoseCertaintyTest, AWidePoseIsUncertain) {
   EXPECT_LT(pose.confidence, 0.9);
 }
 
-TEST_F(PoseCertaintyTest, FarFromTheFirstKeyframeTheMapMayBeOff) {
+TEST_F(PoseCertaintyTest, FarFromTheMiddleTheMapMayBeOff) {
+  tracked_.reference = KeyframeId(4);
   const double near = SigmaOfPosition(Reported().covariance);
   tracked_.reference = KeyframeId(7);
   EXPECT_GT(SigmaOfPosition(Reported().covariance), near);
+}
+
+// Where the odometry has lost the scale, what lies beyond is not known to its distance from there;
+// around itself it is as sure as before.
+TEST_F(PoseCertaintyTest, BeyondALostScaleAPlaceIsUnsure) {
+  for (const KeyframeId id : map_.keyframes.Ids())
+    map_.keyframes.MutableAt(id).scale_drift = ScaleDrift{0, 0};
+  tracked_.reference = KeyframeId(7);
+  tracked_.cam_from_world = map_.keyframes.At(KeyframeId(7)).cam_from_world;
+  const ImagePose before = Reported();
+  map_.keyframes.MutableAt(KeyframeId(6)).scale_drift =
+      map_.keyframes.MutableAt(KeyframeId(7)).scale_drift = ScaleDrift{0, 0.25};
+  certainty_ = {};
+  const ImagePose pose = Reported();
+  EXPECT_GT(SigmaOfPosition(pose.covariance), SigmaOfPosition(before.covariance));
+  EXPECT_EQ(pose.confidence, before.confidence);
+  EXPECT_EQ(pose.is_uncertain, before.is_uncertain);
 }
 
 TEST_F(PoseCertaintyTest, APoseByTheMotionSaysForHowLong) {

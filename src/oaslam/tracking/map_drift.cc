@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <iterator>
-#include <limits>
+#include <optional>
 #include <queue>
 #include <utility>
 #include <vector>
+
+#include "oaslam/map/scale_drift.h"
 
 namespace oaslam {
 namespace {
@@ -23,31 +24,26 @@ double Link(int seen_by_one, int seen_by_other, int shared) {
   return fewer > 0 ? std::max(0.0, 1 - shared / static_cast<double>(fewer)) : 1;
 }
 
-}  // namespace
-
-double MapDrift::LinksTo(const Map& map, KeyframeId id) {
-  if (loops_closed_ != map.loops_closed || links_.empty()) LinkAll(map);
-  if (const auto known = links_.find(id); known != links_.end()) return known->second;
-  const Keyframe& keyframe = map.keyframes.At(id);
-  const int seen = SeenBy(keyframe);
-  double least = std::numeric_limits<double>::infinity();
-  for (const Covisible& c : keyframe.covisible)
-    if (const auto known = links_.find(c.keyframe); known != links_.end())
-      least = std::min(least,
-                       known->second + Link(seen, SeenBy(map.keyframes.At(c.keyframe)), c.shared));
-  if (!std::isfinite(least))
-    LinkAll(map);
-  else
-    links_.emplace(id, least);
-  return links_.at(id);
+// The variance of the logarithm of the scale of one keyframe relative to another.
+double ScaleVariance(const Keyframe& one, const Keyframe& other, int shared) {
+  constexpr double kOfLandmark = 0.15;  // sigma by one landmark that both see: a guess
+  return ScaleVarianceByOdometry(one, other)
+      .value_or(kOfLandmark * kOfLandmark / std::max(1, shared));
 }
+
+using Chains = std::map<KeyframeId, ChainOfViews>;
 
 // Dijkstra's shortest paths. Keyframes that follow each other are linked where they share nothing,
 // too: the odometry or a joining has tied them.
-void MapDrift::LinkAll(const Map& map) {
-  loops_closed_ = map.loops_closed;
-  links_.clear();
-  using Reached = std::pair<double, KeyframeId>;
+Chains ChainsFrom(KeyframeId first, const Map& map) {
+  struct Reached {
+    double links;
+    KeyframeId id, from;
+    int shared;
+    bool operator>(const Reached& other) const {
+      return std::pair(links, id) > std::pair(other.links, other.id);
+    }
+  };
   std::priority_queue<Reached, std::vector<Reached>, std::greater<>> next;
   const std::vector<KeyframeId> ids = map.keyframes.Ids();
   std::vector<int> seen;
@@ -55,17 +51,92 @@ void MapDrift::LinkAll(const Map& map) {
   const auto place_of = [&](KeyframeId id) {
     return std::ranges::lower_bound(ids, id) - ids.begin();
   };
-  next.emplace(0, ids.front());
+  Chains chains;
+  next.push({0, first, first, 0});
   while (!next.empty()) {
-    const auto [links, id] = next.top();
+    const auto [links, id, from, shared] = next.top();
     next.pop();
-    if (!links_.emplace(id, links).second) continue;
+    if (chains.contains(id)) continue;
+    const Keyframe& keyframe = map.keyframes.At(id);
+    ChainOfViews chain;
+    if (id != from) {
+      chain = chains.at(from);
+      const Keyframe& before = map.keyframes.At(from);
+      chain.Add(links - chain.links, ScaleVariance(before, keyframe, shared),
+                before.cam_from_world.OriginInSource());
+    }
+    chains.emplace(id, chain);
     const auto here = place_of(id);
-    for (const Covisible& c : map.keyframes.At(id).covisible)
-      next.emplace(links + Link(seen[here], seen[place_of(c.keyframe)], c.shared), c.keyframe);
-    if (here > 0) next.emplace(links + 1, ids[here - 1]);
-    if (here + 1 < std::ssize(ids)) next.emplace(links + 1, ids[here + 1]);
+    for (const Covisible& c : keyframe.covisible)
+      next.push({chain.links + Link(seen[here], seen[place_of(c.keyframe)], c.shared), c.keyframe,
+                 id, c.shared});
+    if (here > 0) next.push({chain.links + 1, ids[here - 1], id, 0});
+    if (here + 1 < std::ssize(ids)) next.push({chain.links + 1, ids[here + 1], id, 0});
   }
+  return chains;
+}
+
+// To which the scale has wandered half as far as to all.
+KeyframeId MiddleOf(const Chains& chains) {
+  std::vector<std::pair<double, KeyframeId>> by_scale;
+  for (const auto& [id, chain] : chains) by_scale.emplace_back(chain.scale, id);
+  const auto middle = by_scale.begin() + std::ssize(by_scale) / 2;
+  std::ranges::nth_element(by_scale, middle);
+  return middle->second;
+}
+
+}  // namespace
+
+void ChainOfViews::Add(double link, double scale_variance, const Eigen::Vector3d& at) {
+  links += link;
+  scale += scale_variance;
+  scale_at += scale_variance * at;
+  scale_at_squared += scale_variance * at.squaredNorm();
+}
+
+double ChainOfViews::SquaredOffByScale(const Eigen::Vector3d& position) const {
+  return std::max(0.0,
+                  scale * position.squaredNorm() - 2 * position.dot(scale_at) + scale_at_squared);
+}
+
+void ChainOfViews::Scale(double factor) {
+  scale_at *= factor;
+  scale_at_squared *= factor * factor;
+}
+
+const ChainOfViews& MapDrift::ChainTo(const Map& map, KeyframeId id) {
+  constexpr double kGrown = 1.5;
+  if (loops_closed_ != map.loops_closed ||
+      static_cast<double>(map.keyframes.size()) >= kGrown * static_cast<double>(linked_))
+    LinkAll(map);
+  if (const auto known = chains_.find(id); known != chains_.end()) return known->second;
+  const Keyframe& keyframe = map.keyframes.At(id);
+  const int seen = SeenBy(keyframe);
+  std::optional<ChainOfViews> shortest;
+  for (const Covisible& c : keyframe.covisible) {
+    const auto known = chains_.find(c.keyframe);
+    if (known == chains_.end()) continue;
+    const Keyframe& other = map.keyframes.At(c.keyframe);
+    ChainOfViews chain = known->second;
+    chain.Add(Link(seen, SeenBy(other), c.shared), ScaleVariance(other, keyframe, c.shared),
+              other.cam_from_world.OriginInSource());
+    if (!shortest || chain.links < shortest->links) shortest = chain;
+  }
+  if (shortest)
+    chains_.emplace(id, *shortest);
+  else
+    LinkAll(map);
+  return chains_.at(id);
+}
+
+void MapDrift::Scale(double factor) {
+  for (auto& [id, chain] : chains_) chain.Scale(factor);
+}
+
+void MapDrift::LinkAll(const Map& map) {
+  loops_closed_ = map.loops_closed;
+  linked_ = map.keyframes.size();
+  chains_ = ChainsFrom(MiddleOf(ChainsFrom(map.keyframes.Ids().front(), map)), map);
 }
 
 }  // namespace oaslam

@@ -339,6 +339,7 @@ void Tracker::GoOnAs(Tracker other, double scale) {
 }
 
 void Tracker::Scale(double factor) {
+  certainty_.Scale(factor);
   if (auto* following = std::get_if<Following>(&phase_)) following->last.ScaleLengths(factor);
   if (auto* lost = std::get_if<Lost>(&phase_))
     if (lost->prior) lost->prior->translation *= factor;
