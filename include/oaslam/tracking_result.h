@@ -45,9 +45,9 @@ struct TrackingResult {
   // far as the odometry knows how well it holds the scale (docs/lab/uncertainty.md).
   PoseCovariance covariance = PoseCovariance::Zero();
   // The pose may be off by far more than the covariance says: it is preliminary, its confidence is
-  // below .9, its sigma a tenth of the depth without what drift has bent, the motion alone has
-  // carried it on for .2 s, or it is in a part of the map that hardly anything ties to the rest.
-  // That ends where the camera sees again what it saw before.
+  // below .9, its sigma without what the scale may have lost a tenth of the depth, the motion alone
+  // has carried it on for .2 s, or it is in a part of the map that hardly anything ties to the
+  // rest. That ends where the camera sees again what it saw before.
   bool is_uncertain = false;
   double confidence = 0;  // probability that the pose is right (RelocalizationResult)
   // While the camera's motion carries the pose on (kOdometry): seconds since the map gave it; else

@@ -14,7 +14,8 @@ struct PoseGraphEdge {
   Similarity to_from_from;
   double held = 1;   // how well the way and the scale are known, in 1 / sigma
   double depth = 1;  // typical of the scene there, relative to which errors of the way count
-  bool is_scale_known = true;  // else only where the camera `to` is relative to the other
+  // Where it is not, only the rotation and the centre of `to` relative to `from` count.
+  bool is_scale_known = true;
 };
 
 // Optimises the nodes (cam_from_world, each with its own scale) so that the edges are satisfied as

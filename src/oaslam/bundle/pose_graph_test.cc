@@ -70,6 +70,32 @@ TEST(PoseGraph, AnEdgeAcrossTheLoopTakesBackTheDrift) {
   for (const Similarity& node : moved) EXPECT_NEAR(node.scale, 1, 0.03);
 }
 
+// What lies beyond a weak edge is 1.3 times too large. An edge back tells where the last camera is;
+// taken for one that tells the scale, too, it would keep the wrong one.
+TEST(PoseGraph, AnEdgeMayLeaveTheScaleFree) {
+  constexpr int kCount = 10, kLost = 5;
+  std::vector<Similarity> truth, nodes;
+  for (int i = 0; i < kCount; ++i) truth.push_back(OnCircle(0.3 * i));
+  const Eigen::Vector3d about = Center(truth[kLost]);
+  const Similarity grown(1.3, Eigen::Quaterniond::Identity(), -0.3 * about);
+  for (int i = 0; i < kCount; ++i)
+    nodes.emplace_back(i <= kLost ? truth[i] : Similarity((truth[i] * grown.Inverse()).AsPose()));
+  const auto scale_at_end = [&](bool is_scale_known) {
+    std::vector<PoseGraphEdge> edges;
+    for (int i = 1; i < kCount; ++i)
+      edges.push_back(
+          {i - 1, i, nodes[i] * nodes[i - 1].Inverse(), i == kLost + 1 ? 0.01 : 1.0, 2});
+    edges.push_back({0, kCount - 1, truth.back() * truth.front().Inverse(), 1, 2, is_scale_known});
+    std::vector<char> fixed(kCount, 0);
+    fixed.front() = 1;
+    const std::vector<Similarity> moved = OptimizePoseGraph(nodes, edges, fixed).value();
+    EXPECT_LT((Center(moved.back()) - Center(truth.back())).norm(), 0.05);
+    return moved.back().scale;
+  };
+  EXPECT_NEAR(scale_at_end(true), 1, 0.03);
+  EXPECT_GT(scale_at_end(false), 1.1);
+}
+
 TEST(PoseGraph, WhatHoldsAlreadyStays) {
   std::vector<Similarity> nodes;
   std::vector<PoseGraphEdge> edges;

@@ -44,8 +44,8 @@ struct FrameMotion {
   Rigid3 cam_from_odom;
   bool is_preliminary = false;
   // How far the odometry's scale may have wandered: a variance of its logarithm, of which the
-  // difference is that between two images of a run.
-  double scale_drift = 0;
+  // difference is that between two images of a run. Nothing where it is not told.
+  std::optional<double> scale_drift{};
   double agreeing = 1;  // share of the points followed that agree with the pose
   // cam_from_odom of the odometry's keyframes as they are known with this image, by image,
   // ascending; none while the motion is preliminary.

@@ -16,7 +16,8 @@ Keyframe MakeKeyframe(const Frame& frame, const Rigid3& cam_from_world, Map& map
   keyframe.features = frame.features;
   keyframe.gravity_in_cam = frame.gravity_in_cam;
   keyframe.image = frame.image;
-  if (frame.motion) keyframe.scale_drift = {frame.motion->run, frame.motion->scale_drift};
+  if (frame.motion && frame.motion->scale_drift)
+    keyframe.scale_drift = {frame.motion->run, *frame.motion->scale_drift};
   keyframe.landmarks.resize(frame.features->keypoints.size());
   return keyframe;
 }

@@ -51,10 +51,11 @@ int NodeOf(const std::vector<KeyframeId>& nodes, KeyframeId id) {
 // lost at a few such places, as doorways are, and goes there instead of bending what was right.
 double HeldBy(const Keyframe& one, const Keyframe& other, int shared) {
   constexpr double kLeast = 1e-3;
-  // Sigma of the logarithm of the scale: less holds no better than rotations are known.
+  // Sigma of the logarithm of the scale, from which on a link holds its scale as it holds
+  // rotations.
   constexpr double kBest = 0.004;
   constexpr double kEnough = 100;
-  const auto variance = ScaleVarianceByOdometry(one, other);
+  const auto variance = ScaleVarianceByOdometry(one, other, shared);
   return std::clamp(variance ? kBest / std::sqrt(std::max(*variance, kBest * kBest))
                              : std::pow(shared / kEnough, 2),
                     kLeast, 1.0);

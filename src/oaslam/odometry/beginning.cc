@@ -237,8 +237,10 @@ class Beginner {
       const DepthPrior& p = problem.points[m.point];
       const Eigen::Vector3d x = ScaledPoint(state.poses[m.pose] * state.poses[p.anchor].Inverse(),
                                             p.ray, state.inverse_depths[m.point]);
-      m.is_outlier = x.z() < kNearest ||
-                     (x.head<2>() / x.z() - m.ray).norm() * options_.focal_px > options_.outlier_px;
+      m.is_outlier =
+          x.z() < kNearest ||
+          (m.root_information * (x.head<2>() / x.z() - m.ray)).norm() * options_.sigma_px >
+              options_.outlier_px;
       outliers += m.is_outlier;
     }
     return outliers / static_cast<double>(problem.measurements.size());

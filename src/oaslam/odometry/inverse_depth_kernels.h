@@ -23,7 +23,7 @@ struct ImagePair {
 };
 
 // Sightings by pairs of images, and within a pair by point. A row that only fills up the rows of a
-// pair has an inverse sigma of 0 and counts nothing.
+// pair has no information and counts nothing.
 struct SightingTable {
   std::vector<double> anchor_x, anchor_y;         // ray of the point in its anchor, z = 1
   std::vector<double> seen_x, seen_y;             // in the image

@@ -161,9 +161,10 @@ class WindowEquations {
 
   // The information on the poses, the depths being unknown: the whole Schur complement.
   Eigen::MatrixXd Information() { return Reduced(0, false).selfadjointView<Eigen::Lower>(); }
+
   ScaleInView Scale(const InverseDepthState& state) const {
-    // The information on the logarithm of a depth that is known to a third; and from where on more
-    // counts no more, so that no point is all.
+    // Information on the logarithm of a depth: of one that is known to a third, and of one known to
+    // a twentieth, which counts as much as any: no point is all that counts.
     constexpr double kLeast = 10, kMost = 400;
     const int last = problem_.free_poses - 1;
     ScaleInView scale{Eigen::VectorXd::Zero(m_.gradient.size())};
@@ -187,12 +188,12 @@ class WindowEquations {
         scale.by_poses.segment<6>(6 * m_.cross[k].pose) -=
             weight / (rho * d.hessian) * Block(m_.cross[k]);
     }
-    if (sum > 0) {
-      scale.by_poses /= sum;
-      scale.variance /= sum * sum;
-    }
+    if (sum <= 0) return {Eigen::VectorXd::Zero(m_.gradient.size()), 1};  // anything
+    scale.by_poses /= sum;
+    scale.variance /= sum * sum;
     return scale;
   }
+
   std::vector<double> Variances() const {
     std::vector<double> variances;
     for (const auto& d : m_.depths) variances.push_back(1 / d.hessian);

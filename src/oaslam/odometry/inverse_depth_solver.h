@@ -114,7 +114,7 @@ void SearchDepths(double usual, const InverseDepthProblem& problem, InverseDepth
 // inverse depths of its points, by how well they are known.
 struct ScaleInView {
   Eigen::VectorXd by_poses;  // its derivative by the free poses, in the order of PoseVector
-  double variance = 0;       // that of the depths themselves, the poses being right
+  double variance = 0;       // that of the depths themselves, the poses being right; 1 without any
 };
 
 struct InverseDepthReport {

@@ -175,6 +175,13 @@ TEST(InverseDepthSolver, ForetellsHowWellTheScaleIsHeld) {
   EXPECT_NEAR(std::sqrt(sum / foretold), 1, 0.4);
 }
 
+TEST(InverseDepthSolver, WithoutPointsInViewNoScaleIsHeld) {
+  Scene scene;
+  for (DepthMeasurement& m : scene.problem.measurements) m.is_outlier = m.pose == 3;
+  InverseDepthState state = scene.truth;
+  EXPECT_EQ(InverseDepthSolver().Minimize(scene.problem, kThorough, state, true).scale.variance, 1);
+}
+
 // Without points in view a pose goes on turning as those before it.
 TEST(InverseDepthSolver, ATurnGoesOn) {
   Scene scene;

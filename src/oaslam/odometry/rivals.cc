@@ -109,6 +109,7 @@ Segment Thinned(const Window& window, const WindowImage& first, const WindowImag
       has_anchor = true;
       point.anchor = image.id;
       point.ray = *ray;
+      point.edge = p.edge.In(image.cam_from_odom * window.Image(p.anchor).cam_from_odom.Inverse());
       point.inverse_depth = window.InverseDepthIn(p, image);
       point.prior_inverse_depth = point.prior_sigma = window.median_inverse_depth;
     }

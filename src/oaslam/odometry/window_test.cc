@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "oaslam/geometry/degree.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/odometry/beginning.h"
 #include "oaslam/odometry/pose_starts.h"
@@ -85,6 +86,17 @@ TEST(Window, APointStaysWhereItIsWhenItsAnchorGoes) {
   window.points[3].sightings.clear();
   window.Remove(1);
   EXPECT_EQ(window.points.size(), walk.points.size() - 1);  // one was seen in no other image
+}
+
+TEST(Window, AnEdgeIsAsTheNewAnchorSeesIt) {
+  Walk walk(false);
+  Window window = walk.Seen(walk.truth, true);
+  Rigid3& next = window.Image(1).cam_from_odom;
+  next = Rigid3(RotationOf({0, 0, 90 * kDegree}), Eigen::Vector3d::Zero()) * next;
+  window.points[7].edge = {Eigen::Vector2d::UnitY(), 4};
+  window.Remove(0);
+  EXPECT_NEAR(std::abs(window.points[7].edge.along.x()), 1, 0.02);
+  EXPECT_EQ(window.points[7].edge.slide, 4);
 }
 
 TEST(Window, TurnsAreJoinedWhereAnImageGoes) {

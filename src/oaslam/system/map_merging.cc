@@ -13,6 +13,7 @@
 #include "oaslam/class_names.h"
 #include "oaslam/map/next_ids.h"
 #include "oaslam/map/renumbering.h"
+#include "oaslam/map/scale_drift.h"
 #include "oaslam/mapping/submap_joining.h"
 #include "oaslam/objects/moved_objects.h"
 #include "oaslam/system/keyframe_search.h"
@@ -152,6 +153,7 @@ MapMerging MergeMaps(const SavedMap& a, const SavedMap& b, RelocalizationMode mo
                      const SlamConfig& config) {
   const Renumbering numbers = NumbersBehind(a, b);
   SavedMap merged = a;
+  ForgetScaleDrift(merged.map);
   merged.class_names = NamesOfBoth(a.class_names, b.class_names);
   const ClassRelations relations = RelationsOfBoth(a.map.classes, b.map.classes);
   for (MapRecording recording : b.recordings) {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/map/scale_drift.h"
 #include "oaslam/relocalization/given_input.h"
 #include "oaslam/relocalization/image_search.h"
 #include "oaslam/util/bad_input.h"
@@ -63,6 +64,8 @@ void Slam::Impl::Begin(SavedMap saved, WorldId world, bool is_loaded) {
   const int frames = FramesOf(saved);
   Map& map = saved.map;
   map.AddCamera(camera_);
+  ForgetScaleDrift(map);
+  for (Submap& submap : saved.submaps) ForgetScaleDrift(submap.map);
   auto atlas =
       std::make_unique<Atlas>(config_, std::move(map), is_loaded, std::move(saved.submaps));
   atlas->SetRelocalizationMode(mode_);

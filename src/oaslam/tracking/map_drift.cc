@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <queue>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -24,10 +25,12 @@ double Link(int seen_by_one, int seen_by_other, int shared) {
   return fewer > 0 ? std::max(0.0, 1 - shared / static_cast<double>(fewer)) : 1;
 }
 
-// The variance of the logarithm of the scale of one keyframe relative to another.
+// The variance of the logarithm of the scale of one keyframe relative to another. Of maps that were
+// loaded, and of motion that others give, nothing is known.
 double ScaleVariance(const Keyframe& one, const Keyframe& other, int shared) {
   constexpr double kOfLandmark = 0.15;  // sigma by one landmark that both see: a guess
-  return ScaleVarianceByOdometry(one, other)
+  if (!one.scale_drift || !other.scale_drift) return 0;
+  return ScaleVarianceByOdometry(one, other, shared)
       .value_or(kOfLandmark * kOfLandmark / std::max(1, shared));
 }
 
@@ -41,7 +44,7 @@ Chains ChainsFrom(KeyframeId first, const Map& map) {
     KeyframeId id, from;
     int shared;
     bool operator>(const Reached& other) const {
-      return std::pair(links, id) > std::pair(other.links, other.id);
+      return std::tuple(links, id, from) > std::tuple(other.links, other.id, other.from);
     }
   };
   std::priority_queue<Reached, std::vector<Reached>, std::greater<>> next;
@@ -76,7 +79,7 @@ Chains ChainsFrom(KeyframeId first, const Map& map) {
   return chains;
 }
 
-// To which the scale has wandered half as far as to all.
+// The median keyframe by how far the scale has wandered up to it.
 KeyframeId MiddleOf(const Chains& chains) {
   std::vector<std::pair<double, KeyframeId>> by_scale;
   for (const auto& [id, chain] : chains) by_scale.emplace_back(chain.scale, id);

@@ -29,11 +29,12 @@ struct ChainOfViews {
 // How far a map may be bent between its parts. Views that share all landmarks know each other's
 // place; each new view is known by what it shares with those before, and its error is added to
 // theirs. So errors grow along the shortest chain of views, and a loop, which makes chains shorter,
-// takes them back. Chains begin in the middle of the map: at the keyframe to which the scale has
-// wandered half as far as to all, so that a map that began badly does not doubt all that follows.
+// takes them back. Chains begin in the middle of the map, at the median keyframe by how far the
+// scale has wandered up to it, so that a map that began badly does not doubt all that follows.
 class MapDrift {
  public:
-  // Looks at all keyframes after a loop or a joining, and when there are half as many again.
+  // Looks at all keyframes after a loop, and when there are half as many again. Smaller corrections
+  // of the map in between are not followed.
   const ChainOfViews& ChainTo(const Map& map, KeyframeId id);
   // Follows a map of which all lengths were multiplied by `factor`.
   void Scale(double factor);
