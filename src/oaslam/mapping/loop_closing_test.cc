@@ -362,6 +362,23 @@ TEST(LoopClosing, AScaleThatTheLoopDoesNotTellIsThatOfTheWay) {
   }
 }
 
+// Few landmarks are shared at one door, but the odometry held the scale there, and lost it
+// elsewhere.
+TEST(LoopClosing, TheOdometryTellsWhereTheScaleWasLost) {
+  constexpr uint32_t kDoor = 12, kLost = 33;
+  constexpr double kScale = 1.3;
+  Parted p(kScale, kDoor);
+  for (const KeyframeId id : p.map.keyframes.Ids()) {
+    Keyframe& keyframe = p.map.keyframes.MutableAt(id);
+    keyframe.timestamp = 0.1 * id.value;
+    keyframe.scale_drift = ScaleDrift{0, id.value < kLost ? 0.0 : 0.04};
+    if (id.value > 0) keyframe.motion.emplace();
+  }
+  ASSERT_TRUE(CorrectLoop(p.Loop(), p.map));
+  EXPECT_GT(p.map.keyframes.At(KeyframeId(kDoor + 5)).unit, 0.9);  // by landmarks it would be 0.77
+  EXPECT_NEAR(p.map.keyframes.At(KeyframeId(kLost + 5)).unit * kScale, 1, 0.05);
+}
+
 // The other end is too far away to be a candidate by position: it is found by appearance.
 TEST(LoopClosing, ALargeDriftIsRecognisedAndObjectsMoveWithTheirKeyframes) {
   constexpr double kDrift = 8.5;

@@ -34,6 +34,13 @@ double ScaleVariance(const Keyframe& one, const Keyframe& other, int shared) {
       .value_or(kOfLandmark * kOfLandmark / std::max(1, shared));
 }
 
+// A chain with one more link. What the link loses of the scale, it loses from where it begins.
+ChainOfViews Extended(ChainOfViews chain, const Keyframe& from, const Keyframe& to, double link,
+                      int shared) {
+  chain.Add(link, ScaleVariance(from, to, shared), from.cam_from_world.OriginInSource());
+  return chain;
+}
+
 using Chains = std::map<KeyframeId, ChainOfViews>;
 
 // Dijkstra's shortest paths. Keyframes that follow each other are linked where they share nothing,
@@ -63,10 +70,8 @@ Chains ChainsFrom(KeyframeId first, const Map& map) {
     const Keyframe& keyframe = map.keyframes.At(id);
     ChainOfViews chain;
     if (id != from) {
-      chain = chains.at(from);
-      const Keyframe& before = map.keyframes.At(from);
-      chain.Add(links - chain.links, ScaleVariance(before, keyframe, shared),
-                before.cam_from_world.OriginInSource());
+      const ChainOfViews& before = chains.at(from);
+      chain = Extended(before, map.keyframes.At(from), keyframe, links - before.links, shared);
     }
     chains.emplace(id, chain);
     const auto here = place_of(id);
@@ -120,9 +125,8 @@ const ChainOfViews& MapDrift::ChainTo(const Map& map, KeyframeId id) {
     const auto known = chains_.find(c.keyframe);
     if (known == chains_.end()) continue;
     const Keyframe& other = map.keyframes.At(c.keyframe);
-    ChainOfViews chain = known->second;
-    chain.Add(Link(seen, SeenBy(other), c.shared), ScaleVariance(other, keyframe, c.shared),
-              other.cam_from_world.OriginInSource());
+    const ChainOfViews chain =
+        Extended(known->second, other, keyframe, Link(seen, SeenBy(other), c.shared), c.shared);
     if (!shortest || chain.links < shortest->links) shortest = chain;
   }
   if (shortest)
