@@ -130,11 +130,25 @@ def types_defined_twice(files):
     return {name for name in names if names.count(name) > 1}
 
 
+def names_defined_together(cmake, files):
+    """Constants and types that two files of a room define for themselves although the room's files are compiled together. A build with a compiler cache compiles each alone and does not see it."""
+    alone = set(re.findall(r"\w+/\w+", re.search(r"foreach\(file([^)]*)\)", cmake)[1]))
+    homes = {}
+    for path, text in files.items():
+        if path.endswith(".cc") and not path.endswith("_test.cc") and path.removesuffix(".cc") not in alone:
+            lines = re.findall(r"^(?:constexpr|const|struct|class|enum) .*", text, re.M)
+            names = {name for line in lines for name in re.findall(r"\b(k[A-Z]\w*)(?: =|\[|\{)|^(?:struct|(?:enum )?class) (\w+)[^;(]*\{", line) for name in name if name}
+            for name in names:
+                homes.setdefault((path.split("/")[0], name), []).append(path)
+    return {name: paths for name, paths in homes.items() if len(paths) > 1}
+
+
 def test_the_code_keeps_to_the_architecture():
     assert len(FILES) > 20
     assert violations(ROOMS, FILES) == []
     assert undefined_types(FILES) == set()
     assert types_defined_twice(FILES) == set()
+    assert names_defined_together(CMAKE, FILES) == {}
 
 
 def test_the_odometry_and_what_is_below_it_stand_alone():
@@ -165,6 +179,14 @@ def test_back_doors_are_found():
 
 def test_types_of_one_name_are_found():
     assert types_defined_twice({"exports/a.h": "struct Scene {\n};\nstruct Other;\n", "relocalization/b.h": "class Scene : Base {\n};\nstruct Other {\n};\n"}) == {"Scene"}
+
+
+def test_names_of_files_that_are_compiled_together_are_found():
+    cmake = "foreach(file\n    odometry/c)\n"
+    files = {"odometry/a.cc": "constexpr int kHalf = 5, kSide = 2 * kHalf;\n  constexpr int kInside = 1;\nstruct Sum {\n};\n",
+             "odometry/b.cc": "constexpr int kSide = 5;\n  constexpr int kInside = 1;\nstruct Sum;\n", "odometry/c.cc": "constexpr int kHalf = 5;\n", "map/d.cc": "struct Sum {\n"}
+    assert names_defined_together(cmake, files) == {("odometry", "kSide"): ["odometry/a.cc", "odometry/b.cc"]}
+    assert ("odometry", "kHalf") in names_defined_together("foreach(file map/d)", files)
 
 
 def test_types_that_are_not_installed_are_found():

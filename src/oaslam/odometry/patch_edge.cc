@@ -7,7 +7,7 @@
 namespace oaslam {
 namespace {
 
-constexpr int kHalf = 5;  // of the patch, as where patches are fitted (patch_fit)
+constexpr int kEdgeHalf = 5;  // of the patch, as where patches are fitted (patch_fit)
 
 // How much of a change across an edge is taken for a shift along it. .2 to 1 do alike in thirteen
 // walks (docs/lab/odometry.md).
@@ -35,9 +35,9 @@ Eigen::Matrix2d PatchEdge::RootOfInformation() const {
 PatchEdge EdgeAt(const GreyImage& image, const Eigen::Vector2f& px) {
   const int x0 = static_cast<int>(px.x()), y0 = static_cast<int>(px.y());
   int64_t sum_xx = 0, sum_xy = 0, sum_yy = 0;
-  for (int y = std::max(1, y0 - kHalf); y <= std::min(image.height - 2, y0 + kHalf); ++y) {
+  for (int y = std::max(1, y0 - kEdgeHalf); y <= std::min(image.height - 2, y0 + kEdgeHalf); ++y) {
     const uint8_t *above = image.Row(y - 1), *row = image.Row(y), *below = image.Row(y + 1);
-    for (int x = std::max(1, x0 - kHalf); x <= std::min(image.width - 2, x0 + kHalf); ++x) {
+    for (int x = std::max(1, x0 - kEdgeHalf); x <= std::min(image.width - 2, x0 + kEdgeHalf); ++x) {
       const int dx = row[x + 1] - row[x - 1], dy = below[x] - above[x];
       sum_xx += dx * dx;
       sum_xy += dx * dy;
