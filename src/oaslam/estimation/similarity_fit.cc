@@ -22,11 +22,17 @@ Eigen::Quaterniond TurnBy(const PosePair& pair) {
   return pair.cam_from_b.rotation.conjugate() * pair.cam_from_a.rotation;
 }
 
+// In sigmas of the scale that the pair tells; 0 where it tells none.
+double ScaleOff(const PosePair& pair, const Similarity& b_from_a) {
+  return pair.scale ? std::log(b_from_a.scale / pair.scale->scale) / pair.scale->relative_sigma : 0;
+}
+
 bool IsInlier(const PosePair& pair, const Similarity& b_from_a) {
   const double distance =
       (b_from_a * pair.cam_from_a.OriginInSource() - pair.cam_from_b.OriginInSource()).norm();
   return distance < kMaxSigmas * pair.sigma &&
-         b_from_a.rotation.angularDistance(TurnBy(pair)) < kMaxAngle;
+         b_from_a.rotation.angularDistance(TurnBy(pair)) < kMaxAngle &&
+         std::abs(ScaleOff(pair, b_from_a)) < kMaxSigmas;
 }
 
 std::optional<Similarity> FromTwo(const PosePair& first, const PosePair& second) {
@@ -65,6 +71,7 @@ Similarity BestOfFew(std::span<const PosePair> pairs, const std::optional<ScaleP
   };
   for (size_t i = 0; i < pairs.size(); i += stride) {
     if (prior) consider(FromOne(pairs[i], prior->scale));
+    if (pairs[i].scale) consider(FromOne(pairs[i], pairs[i].scale->scale));
     for (size_t j = i + stride; !prior && j < pairs.size(); j += stride)
       if (const auto candidate = FromTwo(pairs[i], pairs[j])) consider(*candidate);
   }
@@ -80,8 +87,8 @@ struct Step {
   Matrix7 covariance;
 };
 
-// A step of Gauss-Newton on positions and rotations with Cauchy's weights. It is taken about the
-// mean position of the cameras, where scale and translation are not correlated.
+// A step of Gauss-Newton on positions, rotations and scales with Cauchy's weights. It is taken
+// about the mean position of the cameras, where scale and translation are not correlated.
 std::optional<Step> SolveStep(std::span<const PosePair> pairs, const Similarity& b_from_a,
                               const Eigen::Vector3d& middle,
                               const std::optional<ScalePrior>& prior) {
@@ -97,14 +104,15 @@ std::optional<Step> SolveStep(std::span<const PosePair> pairs, const Similarity&
     const Eigen::Vector3d off = (at - pair.cam_from_b.OriginInSource()) / pair.sigma;
     const Eigen::AngleAxisd turn(b_from_a.rotation * TurnBy(pair).conjugate());
     const Eigen::Vector3d turned = turn.angle() * turn.axis() / kRotationSigma;
-    Eigen::Matrix<double, 6, 7> jacobian = Eigen::Matrix<double, 6, 7>::Zero();
+    Eigen::Matrix<double, 7, 7> jacobian = Eigen::Matrix<double, 7, 7>::Zero();
     jacobian.topLeftCorner<3, 3>().setIdentity();
     jacobian.block<3, 3>(0, 3) = -Skew(arm);
     jacobian.topRightCorner<3, 1>() = arm;
     jacobian.topRows<3>() /= pair.sigma;
     jacobian.block<3, 3>(3, 3) = Eigen::Matrix3d::Identity() / kRotationSigma;
-    Eigen::Matrix<double, 6, 1> residual;
-    residual << off, turned;
+    if (pair.scale) jacobian(6, 6) = 1 / pair.scale->relative_sigma;
+    Vector7 residual;
+    residual << off, turned, ScaleOff(pair, b_from_a);
     const double weight = 1 / (1 + residual.squaredNorm() / 4);
     information += weight * jacobian.transpose() * jacobian;
     gradient += weight * jacobian.transpose() * residual;
@@ -130,7 +138,9 @@ SimilarityFit FitSimilarity(std::span<const PosePair> pairs,
                             const std::optional<ScalePrior>& prior) {
   constexpr int kIterations = 15;  // at most: it ends where a step is nothing
   SimilarityFit fit;
-  if (pairs.size() < (prior ? 1 : 3)) return fit;
+  const bool knows_scale =
+      prior || std::ranges::any_of(pairs, [](const PosePair& p) { return p.scale.has_value(); });
+  if (pairs.size() < (knows_scale ? 1 : 3)) return fit;
   fit.b_from_a = BestOfFew(pairs, prior);
   for (int i = 0; i < kIterations; ++i) {
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();

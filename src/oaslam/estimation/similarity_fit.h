@@ -8,30 +8,32 @@
 
 namespace oaslam {
 
-// The poses of one camera in two maps.
-struct PosePair {
-  Rigid3 cam_from_a, cam_from_b;
-  double sigma = 1;  // standard deviation of its position in b, map units
-};
-
-struct SimilarityFit {
-  bool success = false;
-  Similarity b_from_a;
-  // By pair, on success: position within three sigmas and rotation within a few degrees.
-  std::vector<bool> is_inlier;
-  int inliers = 0;
-  double relative_sigma = 0;  // of the scale
-};
-
 // What is known of the scale beforehand.
 struct ScalePrior {
   double scale = 1;
   double relative_sigma = 1;
 };
 
+// The poses of one camera in two maps.
+struct PosePair {
+  Rigid3 cam_from_a, cam_from_b;
+  double sigma = 1;  // standard deviation of its position in b, map units
+  // Lengths of b over those of a, by points whose depths from this camera both maps know.
+  std::optional<ScalePrior> scale{};
+};
+
+struct SimilarityFit {
+  bool success = false;
+  Similarity b_from_a;
+  // By pair, on success: position and scale within three sigmas and rotation within a few degrees.
+  std::vector<bool> is_inlier;
+  int inliers = 0;
+  double relative_sigma = 0;  // of the scale
+};
+
 // Estimates the similarity that maps a to b from cameras with a pose in both, most of which must
 // agree. Cameras that hardly moved do not determine the scale: see `relative_sigma`. Without a
-// prior of the scale there must be three of them.
+// prior of the scale, or a camera that knows it, there must be three of them.
 SimilarityFit FitSimilarity(std::span<const PosePair> pairs,
                             const std::optional<ScalePrior>& prior = std::nullopt);
 

@@ -99,5 +99,37 @@ TEST(SimilarityFit, RefusesWhereMostDisagree) {
   EXPECT_FALSE(FitSimilarity({}).success);
 }
 
+TEST(SimilarityFit, OfAStillCameraHasTheScaleThatItsPointsTell) {
+  Rng rng(8);
+  std::vector<PosePair> pairs = Pairs(1, 0, 0, rng);
+  pairs[0].sigma = 0.03;
+  pairs[0].scale = {Truth().scale, 0.02};
+  const SimilarityFit fit = FitSimilarity(pairs);
+  ASSERT_TRUE(fit.success);
+  EXPECT_NEAR(fit.b_from_a.scale, Truth().scale, 1e-6);
+  EXPECT_NEAR(fit.relative_sigma, 0.02, 0.002);
+}
+
+TEST(SimilarityFit, IsNotMisledByAWrongScale) {
+  Rng rng(9);
+  std::vector<PosePair> pairs = Pairs(12, 0.3, 0, rng);
+  for (PosePair& pair : pairs) pair.scale = {Truth().scale, 0.02};
+  pairs[5].scale->scale *= 3;
+  const SimilarityFit fit = FitSimilarity(pairs);
+  ASSERT_TRUE(fit.success);
+  EXPECT_NEAR(fit.b_from_a.scale, Truth().scale, 0.01 * Truth().scale);
+  EXPECT_FALSE(fit.is_inlier[5]);
+}
+
+TEST(SimilarityFit, KnowsThatTwoScalesContradictEachOther) {
+  Rng rng(10);
+  std::vector<PosePair> pairs = Pairs(1, 0, 0, rng);
+  pairs[0].sigma = 0.03;
+  pairs.push_back(pairs[0]);
+  pairs[0].scale = {Truth().scale, 0.02};
+  pairs[1].scale = {2 * Truth().scale, 0.02};
+  EXPECT_FALSE(FitSimilarity(pairs).success);
+}
+
 }  // namespace
 }  // namespace oaslam

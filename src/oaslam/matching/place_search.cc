@@ -179,6 +179,11 @@ void Weigh(const Map& map, Relocalization& found, double tolerance) {
   found.confidence = ConfidenceOfPoints(found.points);
 }
 
+bool IsFlat(const Map& map, const Relocalization& found) {
+  const std::vector<Eigen::Vector3d> points = Positions(map, found.points.landmarks);
+  return !points.empty() && IsFlat(points, MedianDistance(found.cam_from_world, points));
+}
+
 void Judge(double min_confidence, Relocalization& found) {
   found.evidence = found.confidence >= min_confidence ? PoseEvidence::kPoints : PoseEvidence::kNone;
   found.why_not =

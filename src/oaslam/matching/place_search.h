@@ -55,6 +55,9 @@ Relocalization SearchAround(const Frame& frame, const Map& map,
 // how many times less certain than for a known camera the position is expected to be.
 void Weigh(const Map& map, Relocalization& found, double tolerance = 1);
 
+// Whether the landmarks that were found for a pose are flat (plane_support.h).
+bool IsFlat(const Map& map, const Relocalization& found);
+
 // Accepts a pose that is right with this probability.
 void Judge(double min_confidence, Relocalization& found);
 

@@ -20,4 +20,12 @@ struct PlaneSupport {
 PlaneSupport BesideThePlane(std::span<const Eigen::Vector3d> found,
                             std::span<const Eigen::Vector3d> expected, double distance);
 
+// Whether next to nothing of what was found stands apart from one plane, seen from `distance`: it
+// may be a window or a poster whose like hangs in another room, too.
+bool IsFlat(std::span<const Eigen::Vector3d> found, double distance);
+
+// Whether more than half of a map's landmarks lie in one plane, seen from `distance`: there is no
+// other wall.
+bool IsOneWall(std::span<const Eigen::Vector3d> landmarks, double distance);
+
 }  // namespace oaslam

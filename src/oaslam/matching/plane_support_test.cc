@@ -64,5 +64,22 @@ TEST(PlaneSupport, ThreePointsAreNoPlane) {
   EXPECT_FALSE(BesideThePlane({}, BeforeIt(500, rng), 3).IsOfOnePlane());
 }
 
+TEST(PlaneSupport, OfAWindowAloneIsFlat) {
+  Rng rng(5);
+  const Points window = OnAWall(60, rng);
+  EXPECT_TRUE(IsFlat(window, 3));
+  EXPECT_TRUE(IsFlat(Joined(window, BeforeIt(5, rng)), 3));  // wrong matches
+  EXPECT_FALSE(IsFlat(Joined(window, BeforeIt(10, rng)), 3));
+  EXPECT_FALSE(IsFlat({}, 3));
+}
+
+TEST(PlaneSupport, AMapOfOneWallHasNoOther) {
+  Rng rng(6);
+  const Points wall = OnAWall(400, rng);
+  EXPECT_TRUE(IsOneWall(Joined(wall, BeforeIt(100, rng)), 3));
+  EXPECT_FALSE(IsOneWall(Joined(wall, BeforeIt(800, rng)), 3));
+  EXPECT_FALSE(IsOneWall({}, 3));
+}
+
 }  // namespace
 }  // namespace oaslam

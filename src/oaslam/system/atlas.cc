@@ -112,7 +112,7 @@ ImagePose Atlas::ProcessGrowing(const Frame& frame, const TrackingStep& in_main)
     return since && frame.timestamp - *since >= seconds;
   };
   note(!is_found, lost_since_);
-  if (in_main.keyframe) LookFor(frame, *main_);
+  if (in_main.keyframe) LookFrom(frame, *main_);
   if (!growing_ && !have_passed(kPatience, lost_since_)) return in_main.pose;
   if (!growing_ || (!is_found && have_passed(kPatience, growing_->lost_since))) BeginGrowing();
   Session& session = growing_->session();
@@ -124,7 +124,7 @@ ImagePose Atlas::ProcessGrowing(const Frame& frame, const TrackingStep& in_main)
     return in_main.pose;
   }
   if (in_main.located) growing_->to_main.Add(frame.index, *in_main.located);
-  if (there.keyframe) LookFor(frame, *growing_->submap);
+  if (there.keyframe) LookFrom(frame, *growing_->submap);
   if (growing_ && !JoinGrowing()) {
     const bool is_larger =
         session.snapshot()->keyframes.size() > main().snapshot()->keyframes.size();
@@ -196,6 +196,7 @@ void Atlas::Rest(AtlasSubmap& submap) {
   if (!failure_) failure_ = session.failure();
   session.tracker().RefineTrajectory(*session.snapshot());
   submap.content = {*session.snapshot(), session.tracker().trajectory()};
+  submap.seen_at = session.tracker().seen_at();
   End(std::move(submap.session));
   if (submap.content.map.keyframes.empty()) return Erase(submap);
   DescribeKeyframes(submap.content.map);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <exception>
 #include <list>
 #include <memory>
@@ -25,6 +26,9 @@ struct AtlasSubmap {
   Submap content{};
   Relocalizer relocalizer;  // with an index of its places
   SubmapLink link{};        // poses in it of frames that are tracked in another
+  // Time stamp of the last image of this run whose pose it gave; of one of an earlier run: minus
+  // infinity.
+  double seen_at = -INFINITY;
 
   bool IsWaiting() const { return !session; }
   // Of one that waits.
@@ -109,7 +113,8 @@ class Atlas {
   void BeginGrowing();
   void EndGrowing();
   bool JoinGrowing();
-  void LookFor(const Frame& keyframe, AtlasSubmap& in);
+  void LookFrom(const Frame& keyframe, AtlasSubmap& in);
+  void LookFor(const Frame& keyframe, AtlasSubmap& in, AtlasSubmap& waiting);
   void GoBackTo(AtlasSubmap& waiting);
   bool JoinWaiting(const AtlasSubmap& waiting, const Similarity& world_from_waiting,
                    AtlasSubmap& into);

@@ -15,6 +15,10 @@
 namespace oaslam {
 namespace {
 
+// Of the map in which the camera is tracked, where another is joined with it: smaller ones have
+// hardly any parallax.
+constexpr size_t kMinKeyframes = 5;
+
 // Joins another submap with the map of a session; false where the camera would jump between them.
 bool Join(const Submap& other, const Similarity& world_from_other, Session& session) {
   if (!IsContinuous(*session.snapshot(), session.tracker().trajectory(), other.map,
@@ -34,7 +38,6 @@ bool Join(const Submap& other, const Similarity& world_from_other, Session& sess
 // transformation is not known yet, the camera is lost or would jump, or the mapping of the main
 // submap has failed.
 bool Atlas::JoinGrowing() {
-  constexpr size_t kMinKeyframes = 5;  // smaller maps have hardly any parallax
   Session& session = growing_->session();
   if (growing_->lost_since || session.snapshot()->keyframes.size() < kMinKeyframes) return false;
   const auto align = [&] {
@@ -55,18 +58,31 @@ bool Atlas::JoinGrowing() {
   return true;
 }
 
-// Looks for a keyframe of a session in one of the waiting submaps, in turn, and joins that one with
-// the session's map once its place is known.
-void Atlas::LookFor(const Frame& keyframe, AtlasSubmap& in) {
+// Looks for a keyframe of a session in the waiting submaps, in turn. Of a map that begins, both are
+// looked for in the submap that was left last: the camera still sees some of it.
+void Atlas::LookFrom(const Frame& keyframe, AtlasSubmap& in) {
+  const std::vector<AtlasSubmap*> waiting = Waiting();
+  if (waiting.empty()) return;
+  const std::shared_ptr<const Map> map = in.session->snapshot();
+  const std::vector<KeyframeId> ids = map->keyframes.Ids();
+  const bool begins = ids.size() == 2 && map->keyframes.At(ids[1]).frame_index == keyframe.index;
+  if (!begins) return LookFor(keyframe, in, *waiting[turn_++ % waiting.size()]);
+  for (const KeyframeId id : ids) LookFor(FrameOf(*map, id), in, *waiting.back());
+}
+
+// Looks for a keyframe of a session in a waiting submap, and joins that with the session's map once
+// its place is known.
+void Atlas::LookFor(const Frame& keyframe, AtlasSubmap& in, AtlasSubmap& waiting) {
   Session& session = *in.session;
-  const std::vector<AtlasSubmap*> all = Waiting();
-  if (all.empty()) return;
-  AtlasSubmap& waiting = *all[turn_++ % all.size()];
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
   const Map& other = waiting.content.map;
   const Relocalization found = waiting.relocalizer.Find(keyframe, other, mode_, rng);
-  if (!found.IsFound()) return;
-  waiting.link.AddKeyframe(keyframe.index, found, other);
+  const auto tells_place = [&] {
+    return TellsPlace(other, found, keyframe.timestamp - waiting.seen_at) ||
+           (IsOneWall(other) && IsOneWall(*session.snapshot()));
+  };
+  if (found.IsFound() && tells_place()) waiting.link.AddKeyframe(keyframe.index, found, other);
+  if (session.snapshot()->keyframes.size() < kMinKeyframes) return;
   const auto align = [&] {
     return waiting.link.Align(*session.snapshot(), session.tracker().trajectory());
   };
@@ -74,8 +90,12 @@ void Atlas::LookFor(const Frame& keyframe, AtlasSubmap& in) {
   session.Submit(AdoptAdjustment{});  // queued commands may still move the map
   const auto waiting_from_world = align();
   if (!waiting_from_world) return;
+  const Similarity world_from_waiting = waiting_from_world->other_from_this.Inverse();
+  if (!IsContinuous(*session.snapshot(), session.tracker().trajectory(), other,
+                    waiting.content.trajectory, world_from_waiting))
+    return;
   if (lost_since_ && &in != main_ && !MustStayMain()) return GoBackTo(waiting);
-  if (JoinWaiting(waiting, waiting_from_world->other_from_this.Inverse(), in)) Erase(waiting);
+  if (JoinWaiting(waiting, world_from_waiting, in)) Erase(waiting);
 }
 
 // The camera is lost in the main submap, and the growing one has met one that waits: that one

@@ -17,9 +17,10 @@ struct SearchEffort {
 
 struct SearchResult {
   size_t looked_for = 0, found = 0;
+  size_t flat = 0;  // by one plane alone, which tells no place (TellsPlace)
 };
 
-// Relocalizes keyframes of a submap in another map, and adds those found to `link`.
+// Relocalizes keyframes of a submap in another map, and adds those found, and not flat, to `link`.
 SearchResult FindKeyframes(const Submap& submap, const Map& world, RelocalizationMode mode,
                            const SearchEffort& effort, const SlamConfig& config,
                            Relocalizer& relocalizer, SubmapLink& link);

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "oaslam/estimation/similarity_fit.h"
 #include "oaslam/geometry/similarity.h"
 #include "oaslam/map/map.h"
 #include "oaslam/map/relocalization.h"
@@ -37,7 +38,7 @@ class SubmapLink {
   void Add(int frame_index, const Relocalization& in_other);
   // Adds the pose of a keyframe that was found in the other submap, whose map is `other`. It counts
   // more than other frames, since keyframes share less of their view than successive frames and
-  // their errors are less correlated.
+  // their errors are less correlated; most where points that both submaps have tell the scale.
   void AddKeyframe(int frame_index, const Relocalization& found, const Map& other);
 
   // Estimates the similarity; nothing while it is not well determined. `map` and `trajectory` are
@@ -45,11 +46,20 @@ class SubmapLink {
   std::optional<SubmapAlignment> Align(const Map& map, std::span<const FramePose> trajectory) const;
 
  private:
+  // Of a landmark of the other submap that a key point shows.
+  struct PointDepth {
+    int keypoint = 0;
+    double depth = 0;
+  };
   struct Located {
     Rigid3 cam_from_other;
     double sigma = 0;  // standard deviation of the position, map units
     bool by_points = false, of_keyframe = false;
+    std::vector<PointDepth> depths{};  // of a keyframe
   };
+
+  static std::optional<ScalePrior> ScaleByPoints(const Keyframe& keyframe, const Map& map,
+                                                 std::span<const PointDepth> depths);
 
   std::map<int, Located> located_;  // by frame
 };

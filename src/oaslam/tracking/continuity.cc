@@ -4,6 +4,9 @@
 #include <iterator>
 #include <utility>
 
+#include "oaslam/matching/place_search.h"
+#include "oaslam/matching/plane_support.h"
+
 namespace oaslam {
 namespace {
 
@@ -59,15 +62,30 @@ std::span<const FramePose> NewestPoses(const std::vector<FramePose>& trajectory,
   return {first, trajectory.end()};
 }
 
+bool TellsPlace(const Map& map, const Relocalization& found, double seconds_since_seen) {
+  constexpr size_t kObjects = 3;  // that agree with the pose are no window
+  const bool is_soon = seconds_since_seen >= 0 && seconds_since_seen <= kLongestStep;
+  return found.evidence != PoseEvidence::kPoints || is_soon ||
+         found.objects.matched.size() >= kObjects || !IsFlat(map, found);
+}
+
+bool IsOneWall(const Map& map) {
+  constexpr size_t kMost = 2000;  // landmarks that are looked at, which bounds the time
+  if (map.keyframes.empty()) return false;
+  const std::vector<LandmarkId> ids = map.landmarks.Ids();
+  std::vector<Eigen::Vector3d> landmarks;
+  for (size_t i = 0; i < ids.size(); i += ids.size() / kMost + 1)
+    landmarks.push_back(map.landmarks.At(ids[i]).position);
+  return IsOneWall(landmarks, map.MedianDepth(map.keyframes.First()));
+}
+
 bool IsContinuous(const Map& map, std::span<const FramePose> trajectory, const Map& other,
                   std::span<const FramePose> other_trajectory, const Similarity& world_from_other) {
-  // Longer steps are between two videos, or after a pause, and tell nothing of speed.
-  constexpr double kMaxSeconds = 3;
   constexpr double kMaxTimes = 2;  // faster than within the submaps
   constexpr double kHandTurn = 3,
                    kHandSpeed = 1;  // that a hand is always capable of: rad/s, depths/s
   const auto is_step = [](const Step& step) {
-    return step.seconds > 0 && step.seconds <= kMaxSeconds;
+    return step.seconds > 0 && step.seconds <= kLongestStep;
   };
   // The error of the alignment of the submaps, as a share of the depth and in rad.
   constexpr double kTolerance = 0.03;

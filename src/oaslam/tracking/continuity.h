@@ -5,11 +5,24 @@
 
 #include "oaslam/geometry/similarity.h"
 #include "oaslam/map/map.h"
+#include "oaslam/map/relocalization.h"
 
 namespace oaslam {
 
 // The poses of the last minute before `now`, enough to know the usual speed of a camera.
 std::span<const FramePose> NewestPoses(const std::vector<FramePose>& trajectory, double now);
+
+// Longer steps, in seconds, are between two films, or after a pause, and tell nothing of speed.
+inline constexpr double kLongestStep = 3;
+
+// Whether the landmarks that a pose rests on tell one place from all others. Those of one window or
+// poster do not: the like may hang in another room. They suffice where the camera was seen in the
+// map at most kLongestStep before, since IsContinuous then refuses other rooms.
+// `seconds_since_seen`: infinite where nothing is known of it, or the camera may have jumped.
+bool TellsPlace(const Map& map, const Relocalization& found, double seconds_since_seen);
+
+// Whether the map is of one wall or table, so that there is no other place.
+bool IsOneWall(const Map& map);
 
 // Whether the camera moves plausibly between two submaps under `world_from_other`. From a frame of
 // one submap to a frame of the other shortly after, it may neither move nor turn much faster than

@@ -30,5 +30,26 @@ TEST(Continuity, ACameraDoesNotJumpBetweenSubmaps) {
                    Similarity(1, Eigen::Quaterniond::Identity(), {1.5, 0, 0})));  // too long after
 }
 
+// A window alone tells the place soon after the camera was seen in the map, and never again.
+TEST(Continuity, AWindowAloneTellsNoPlaceLater) {
+  Map map;
+  Rng rng(1);
+  Relocalization found;
+  found.evidence = PoseEvidence::kPoints;
+  for (int i = 0; i < 60; ++i)
+    found.points.landmarks.push_back(
+        map.AddLandmark({rng.Uniform(-1, 1), rng.Uniform(-1, 1), 3}, KeyframeId(0)));
+  for (int i = 0; i < 200; ++i)
+    map.AddLandmark({rng.Uniform(-1, 1), rng.Uniform(-1, 1), rng.Uniform(1, 2.7)}, KeyframeId(0));
+  EXPECT_TRUE(TellsPlace(map, found, 1));
+  EXPECT_FALSE(TellsPlace(map, found, 10));
+  EXPECT_FALSE(TellsPlace(map, found, -1));  // of another recording
+  Relocalization with_objects = found;
+  with_objects.objects.matched.resize(3);
+  EXPECT_TRUE(TellsPlace(map, with_objects, 10));
+  for (uint32_t i = 60; i < 80; ++i) found.points.landmarks.push_back(LandmarkId(i));
+  EXPECT_TRUE(TellsPlace(map, found, 10));  // with things beside it
+}
+
 }  // namespace
 }  // namespace oaslam

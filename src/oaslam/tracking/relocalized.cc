@@ -1,4 +1,5 @@
 // What the tracker does with an image in which the camera is lost.
+#include <cmath>
 #include <numbers>
 #include <optional>
 
@@ -27,7 +28,15 @@ TrackingStep Tracker::PlaceFound(const Frame& frame, const Map& map, const Reloc
   if (!found.IsFound()) return Miss(frame, map, context);
   if (found.evidence == PoseEvidence::kObjects) return PlaceByObjects(frame, map, found, context);
   const auto* lost = std::get_if<Lost>(&phase_);
-  const TrackReport tracked = Confirm(frame, map, found, lost && lost->is_pose_doubted);
+  const bool is_doubted = lost && lost->is_pose_doubted, is_told = lost && lost->prior;
+  // What is mapped from a wrong place on cannot be mended.
+  if (context.IsMapping() && !is_told && !IsOneWall(map) &&
+      !TellsPlace(map, found, is_doubted ? INFINITY : frame.timestamp - link_.seen_at())) {
+    newest_.relocalization->evidence = PoseEvidence::kNone;
+    newest_.relocalization->why_not = "all points found lie in one plane, which may hang elsewhere";
+    return Miss(frame, map, context);
+  }
+  const TrackReport tracked = Confirm(frame, map, found, is_doubted);
   return tracked.success ? Continue(frame, map, tracked, TrackingState::kRelocalized, context)
                          : Miss(frame, map, context);
 }

@@ -133,8 +133,9 @@ TrackingStep Tracker::Begin(const Frame& frame, const Map& map) {
   tracked.depth = depth;
   auto& following = phase_.emplace<Following>(
       TrackedFrame{frame, keyframe->cam_from_world, second, {}, keyframe->landmarks, landmarks});
-  return {certainty_.PoseToReport(frame, map, tracked, TrackingState::kTracking, link_,
-                                  following.best_confidence)};
+  return {.pose = certainty_.PoseToReport(frame, map, tracked, TrackingState::kTracking, link_,
+                                          following.best_confidence),
+          .keyframe = second};
 }
 
 TrackingStep Tracker::Follow(const Frame& frame, const Map& map, const TrackingContext& context) {

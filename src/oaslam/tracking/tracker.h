@@ -120,6 +120,8 @@ class Tracker {
   // this image.
   std::optional<double> MotionUnit(const Frame& frame) const { return link_.UnitFor(frame); }
   int newest_frame() const { return newest_.frame.index; }
+  // Time stamp of the newest image whose pose the map gave; minus infinity where there is none.
+  double seen_at() const { return link_.seen_at(); }
   // What a viewer shows of the newest image; the caller adds the map.
   FrameView View() const;
   // Removes and returns the observations of landmarks and objects since the last command.

@@ -1,5 +1,6 @@
 #include "oaslam/tracking/tracker.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -125,6 +126,56 @@ TEST_F(TrackerAfterACover, DoesNotBelieveThatTheCameraJumped) {
   EXPECT_EQ(jumped[63], TrackingState::kLost);
   EXPECT_EQ(jumped[66], TrackingState::kLost);
   EXPECT_EQ(jumped.back(), TrackingState::kTracking);
+}
+
+// The world has things on its left and a window on its right, which the camera sees together and
+// then comes near to, so that it sees the window alone.
+class TrackerBeforeAWindow : public TrackerTest {
+ protected:
+  TrackerBeforeAWindow() {
+    for (size_t i = 0; i < world_.points.size(); ++i) {
+      Eigen::Vector3d& point = world_.points[i];
+      if (i % 4 == 0)
+        point = {rng_.Uniform(0.6, 1.8), 0, rng_.Uniform(-0.6, 0.6)};
+      else
+        point.x() = rng_.Uniform(-2, -0.6);
+    }
+    for (int i = 0; i < 60; ++i) Track(View(i, -20 + 0.4 * i));
+  }
+
+  // The camera sees nothing, and then, some seconds after it was seen last, the window.
+  ImagePose BeforeIt(double seconds) {
+    Track(View(60, 4, 1));
+    Frame frame = View(61, 4);
+    frame.features = synthetic::MakeView(world_, kBeforeIt, {}, rng_).features;
+    frame.timestamp = 59 / 30.0 + seconds;
+    return Track(frame);
+  }
+
+  const Rigid3 kBeforeIt = synthetic::LookAt({1.2, -1.5, 0.1}, {1.2, 0, 0});
+};
+
+TEST_F(TrackerBeforeAWindow, BelievesItSoonAfterTheCameraWasSeenThere) {
+  EXPECT_EQ(BeforeIt(1).state, TrackingState::kRelocalized);
+}
+
+TEST_F(TrackerBeforeAWindow, DoesNotBelieveItLaterUntilMoreIsSeen) {
+  EXPECT_EQ(BeforeIt(10).state, TrackingState::kLost);
+  EXPECT_EQ(tracker_.View().relocalization->evidence, PoseEvidence::kNone);
+  EXPECT_THAT(tracker_.View().relocalization->why_not, testing::HasSubstr("may hang elsewhere"));
+  Frame whole = View(62, 4);
+  whole.timestamp = 20;
+  EXPECT_EQ(Track(whole).state, TrackingState::kRelocalized);
+}
+
+TEST_F(TrackerBeforeAWindow, DoesNotBelieveItWhereTheCameraMayHaveJumped) {
+  tracker_.ForceRelocalization(std::nullopt);
+  EXPECT_EQ(BeforeIt(1).state, TrackingState::kLost);
+}
+
+TEST_F(TrackerBeforeAWindow, BelievesTheUserWhereItIs) {
+  tracker_.ForceRelocalization(kBeforeIt.Inverse());
+  EXPECT_EQ(BeforeIt(10).state, TrackingState::kRelocalized);
 }
 
 // A camera that is lost in a map of few keyframes is not looked for there: another map begins.
