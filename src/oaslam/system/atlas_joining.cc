@@ -58,16 +58,22 @@ bool Atlas::JoinGrowing() {
   return true;
 }
 
-// Looks for a keyframe of a session in the waiting submaps, in turn. Of a map that begins, both are
-// looked for in the submap that was left last: the camera still sees some of it.
+// Looks for a keyframe of a session in the waiting submaps, in turn. The camera still sees some of
+// the submap that was left last: there, both keyframes of a map that begins are looked for, and
+// each second one while that grows.
 void Atlas::LookFrom(const Frame& keyframe, AtlasSubmap& in) {
   const std::vector<AtlasSubmap*> waiting = Waiting();
   if (waiting.empty()) return;
   const std::shared_ptr<const Map> map = in.session->snapshot();
   const std::vector<KeyframeId> ids = map->keyframes.Ids();
   const bool begins = ids.size() == 2 && map->keyframes.At(ids[1]).frame_index == keyframe.index;
-  if (!begins) return LookFor(keyframe, in, *waiting[turn_++ % waiting.size()]);
-  for (const KeyframeId id : ids) LookFor(FrameOf(*map, id), in, *waiting.back());
+  const size_t turn = turn_++;
+  if (begins)
+    for (const KeyframeId id : ids) LookFor(FrameOf(*map, id), in, *waiting.back());
+  else if (&in != main_ && turn % 2 == 0)
+    LookFor(keyframe, in, *waiting.back());
+  else
+    LookFor(keyframe, in, *waiting[turn / 2 % waiting.size()]);
 }
 
 // Looks for a keyframe of a session in a waiting submap, and joins that with the session's map once
