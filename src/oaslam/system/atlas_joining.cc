@@ -83,11 +83,13 @@ void Atlas::LookFor(const Frame& keyframe, AtlasSubmap& in, AtlasSubmap& waiting
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
   const Map& other = waiting.content.map;
   const Relocalization found = waiting.relocalizer.Find(keyframe, other, mode_, rng);
+  const double seconds = keyframe.timestamp - waiting.seen_at;
   const auto tells_place = [&] {
-    return TellsPlace(other, found, keyframe.timestamp - waiting.seen_at) ||
+    return TellsPlace(other, found, seconds) ||
            (IsOneWall(other) && IsOneWall(*session.snapshot()));
   };
-  if (found.IsFound() && tells_place()) waiting.link.AddKeyframe(keyframe.index, found, other);
+  if (found.IsFound() && tells_place())
+    waiting.link.AddKeyframe(keyframe.index, found, other, seconds <= kLongestStep);
   if (session.snapshot()->keyframes.size() < kMinKeyframes) return;
   const auto align = [&] {
     return waiting.link.Align(*session.snapshot(), session.tracker().trajectory());

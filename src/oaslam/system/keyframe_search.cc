@@ -26,7 +26,7 @@ SearchResult FindKeyframes(const Submap& submap, const Map& world, Relocalizatio
       ++result.flat;
       continue;
     }
-    link.AddKeyframe(frame.index, found, world);
+    link.AddKeyframe(frame.index, found, world, false);
     ++result.found;
   }
   return result;

@@ -36,7 +36,8 @@ void SubmapLink::Add(int frame_index, const Relocalization& in_other) {
                                     in_other.evidence != PoseEvidence::kObjects, false});
 }
 
-void SubmapLink::AddKeyframe(int frame_index, const Relocalization& found, const Map& other) {
+void SubmapLink::AddKeyframe(int frame_index, const Relocalization& found, const Map& other,
+                             bool is_soon) {
   Add(frame_index, found);
   Located& located = located_.at(frame_index);
   located.of_keyframe = true;
@@ -44,6 +45,7 @@ void SubmapLink::AddKeyframe(int frame_index, const Relocalization& found, const
   located.sigma =
       std::max(located.sigma,
                kTrackedSigma * other.MedianDepth(found.cam_from_world, found.points.landmarks));
+  if (!is_soon) return;
   for (int k = 0; k < static_cast<int>(found.points.landmarks.size()); ++k)
     if (const Landmark* landmark = other.landmarks.Find(found.points.landmarks[k]))
       located.depths.push_back({k, (found.cam_from_world * landmark->position).z()});

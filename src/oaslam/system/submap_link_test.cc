@@ -28,11 +28,11 @@ class SubmapLinkTest : public testing::Test {
   }
 
   // The link by the first keyframes.
-  SubmapLink LinkBy(uint32_t count) const {
+  SubmapLink LinkBy(uint32_t count, bool is_soon = true) const {
     SubmapLink link;
     for (uint32_t k = 0; k < count; ++k)
       link.AddKeyframe(map_.keyframes.At(KeyframeId(k)).frame_index, FoundInOther(KeyframeId(k)),
-                       other_);
+                       other_, is_soon);
     return link;
   }
 
@@ -53,6 +53,11 @@ TEST_F(SubmapLinkTest, TwoKeyframesTellTheScaleByPointsThatBothSubmapsHave) {
   EXPECT_NEAR(alignment->other_from_this.scale, kScale, 0.02 * kScale);
   EXPECT_LT(alignment->relative_sigma, 0.02);
   EXPECT_EQ(alignment->by_points, 2);
+}
+
+TEST_F(SubmapLinkTest, LongAfterTheCameraWasThereTwoKeyframesAreNotEnough) {
+  EXPECT_FALSE(LinkBy(2, false).Align(map_, Trajectory()));
+  EXPECT_TRUE(LinkBy(4, false).Align(map_, Trajectory()));
 }
 
 TEST_F(SubmapLinkTest, OneKeyframeIsNotEnough) {
