@@ -99,11 +99,14 @@ void Atlas::LookFor(const Frame& keyframe, AtlasSubmap& in, AtlasSubmap& waiting
   const auto waiting_from_world = align();
   if (!waiting_from_world) return;
   const Similarity world_from_waiting = waiting_from_world->other_from_this.Inverse();
-  if (!IsContinuous(*session.snapshot(), session.tracker().trajectory(), other,
-                    waiting.content.trajectory, world_from_waiting))
-    return;
-  if (lost_since_ && &in != main_ && !MustStayMain()) return GoBackTo(waiting);
-  if (JoinWaiting(waiting, world_from_waiting, in)) Erase(waiting);
+  if (lost_since_ && &in != main_ && !MustStayMain()) {
+    // Asked before the main submap is exchanged; JoinWaiting asks by itself.
+    if (IsContinuous(*session.snapshot(), session.tracker().trajectory(), other,
+                     waiting.content.trajectory, world_from_waiting))
+      GoBackTo(waiting);
+  } else if (JoinWaiting(waiting, world_from_waiting, in)) {
+    Erase(waiting);
+  }
 }
 
 // The camera is lost in the main submap, and the growing one has met one that waits: that one

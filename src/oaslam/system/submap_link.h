@@ -38,9 +38,9 @@ class SubmapLink {
   void Add(int frame_index, const Relocalization& in_other);
   // Adds the pose of a keyframe that was found in the other submap, whose map is `other`. It counts
   // more than other frames, since keyframes share less of their view than successive frames and
-  // their errors are less correlated; most where points that both submaps have tell the scale, and
-  // `is_soon`: the camera was in the other submap so shortly before that IsContinuous tells of it.
-  // Else two keyframes that look like it by chance would suffice.
+  // their errors are less correlated. `is_soon`: the camera was in the other submap at most
+  // kLongestStep before. Then points that both submaps have tell the scale, and the keyframe counts
+  // most; otherwise two keyframes that look alike by chance would suffice.
   void AddKeyframe(int frame_index, const Relocalization& found, const Map& other, bool is_soon);
 
   // Estimates the similarity; nothing while it is not well determined. `map` and `trajectory` are
