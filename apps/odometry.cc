@@ -35,15 +35,16 @@ class Report {
     if (path.empty()) return;
     file_.open(path);
     if (!file_) throw InputError(path + ": cannot be written");
-    file_ << "timestamp,state,tracked,inliers,sigma_position,sigma_rotation_deg,keyframe,ms\n";
+    file_ << "timestamp,state,tracked,inliers,sigma_position,sigma_rotation_deg,sigma_scale,"
+             "keyframe,ms\n";
   }
 
   void Add(double timestamp, const OdometryEstimate& e, double ms) {
     if (!file_.is_open()) return;
-    file_ << fmt::format("{:.6f},{},{},{},{:.6f},{:.4f},{},{:.2f}\n", timestamp, ToString(e.state),
-                         e.tracked, e.inliers, SigmaOfPosition(e.covariance),
-                         SigmaOfRotation(e.covariance) / kDegree, static_cast<int>(e.is_keyframe),
-                         ms);
+    file_ << fmt::format("{:.6f},{},{},{},{:.6f},{:.4f},{:.5f},{},{:.2f}\n", timestamp,
+                         ToString(e.state), e.tracked, e.inliers, SigmaOfPosition(e.covariance),
+                         SigmaOfRotation(e.covariance) / kDegree, std::sqrt(e.scale_drift),
+                         static_cast<int>(e.is_keyframe), ms);
   }
 
   // Throws InputError where it could not be written.

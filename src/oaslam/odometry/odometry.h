@@ -96,6 +96,12 @@ class Odometry {
     int id = 0;
     std::shared_ptr<const GreyPyramid> pyramid;
   };
+  struct FollowedPoints {
+    std::vector<size_t> indices;  // in the window
+    std::vector<std::optional<Eigen::Vector2f>> places;
+
+    double ShareLost() const;
+  };
   struct Motion {
     double time_s = 0;
     Rigid3 cam_from_odom;
@@ -110,7 +116,9 @@ class Odometry {
                                       const WindowPoint& point) const;
   // Where the earliest keyframe whose image is kept saw a point; null if none did.
   const KeptKeyframe* EarliestView(const WindowPoint& point) const;
-  int Follow(const Rigid3& predicted);
+  FollowedPoints FollowFrom(const Rigid3& predicted) const;
+  Rigid3 TurnedAsImage(const Rigid3& predicted) const;
+  int Follow(Rigid3& predicted);
   Eigen::Matrix2f StretchSince(int image, const WindowPoint& point) const;
   int FitPatches();
   Eigen::Matrix3d RotationOfFlow(const Rigid3& predicted) const;

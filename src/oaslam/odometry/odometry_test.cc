@@ -54,6 +54,15 @@ TEST_F(OdometryTest, AWallThatMovesIsFollowed) {
   EXPECT_GT(estimate.tracked, 40);
 }
 
+TEST_F(OdometryTest, ASuddenTurnIsFollowed) {
+  const Wall wall(1);
+  for (int i = 0; i < 5; ++i) See(wall.SeenFrom(2 * i));
+  const OdometryEstimate estimate = See(wall.SeenFrom(100));  // a quarter of the image
+  EXPECT_EQ(estimate.state, OdometryState::kPreliminary);
+  EXPECT_EQ(estimate.run, 0);
+  EXPECT_GT(estimate.tracked, 40);
+}
+
 TEST_F(OdometryTest, AnImageWithoutTextureEndsTheRun) {
   const Wall wall(1);
   for (int i = 0; i < 5; ++i) See(wall.SeenFrom(2 * i));
