@@ -165,8 +165,11 @@ void RunResults::Detected(int frame, int detections, std::optional<int> objects)
 }
 
 void RunResults::Scale(double factor) {
-  for (auto& [index, r] : frames_)
+  for (auto& [index, r] : frames_) {
     if (r.world == world_) r.ScaleLengths(factor);
+    for (PoseElsewhere& there : r.elsewhere)
+      if (there.world == world_) there.ScaleLengths(factor);
+  }
 }
 
 // Each submap has its own frame and unit.
@@ -177,10 +180,26 @@ void RunResults::WriteSubmaps(const std::vector<std::vector<StampedPose>>& subma
     SaveTrajectory(fmt::format("{}/submap_{}.txt", folder_, i + 1), submaps[i]);
 }
 
+// An image whose pose was given in another world, but also in the one that is the map's in the end,
+// has the latter.
+void RunResults::TakePosesInWorld() {
+  for (auto& [index, r] : frames_) {
+    const auto there = std::ranges::find(r.elsewhere, world_, &PoseElsewhere::world);
+    if (r.world == world_ || there == r.elsewhere.end()) continue;
+    r.world = world_;
+    r.state = TrackingState::kTracking;
+    r.SetPose(there->world_from_cam);
+    r.covariance = there->covariance;
+    r.is_uncertain = there->is_uncertain;
+    r.confidence = there->confidence;
+  }
+}
+
 size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>& trajectory,
                           const std::vector<std::vector<StampedPose>>& submaps,
                           const std::vector<StampedPose>& groundtruth, double wall_s,
                           bool interrupted) {
+  TakePosesInWorld();
   std::vector<StampedPose> live;
   std::vector<double> ms;
   for (const auto& [index, r] : frames_) {

@@ -56,6 +56,7 @@ class RunResults {
  private:
   void WriteFrames(const std::vector<StampedPose>& trajectory) const;
   void WriteCamera() const;
+  void TakePosesInWorld();
   void WriteSubmaps(const std::vector<std::vector<StampedPose>>& submaps) const;
 
   std::string folder_;

@@ -137,6 +137,10 @@ typedef struct {
   struct {
     int32_t has_pose;
     oaslam_pose pose;
+    /* oaslam::TrackingResult::elsewhere, up to four of them. */
+    int32_t elsewhere_count;
+    uint32_t elsewhere_worlds[4];
+    oaslam_pose elsewhere_poses[4];
   } reserved; /* read by oaslam_pose_in */
 } oaslam_result;
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "oaslam/export.h"
 #include "oaslam/ids.h"
@@ -18,6 +19,22 @@ enum class PoseSource { kNone, kMap, kMotion, kObjects, kRegistration };
 // "none", "map", "motion", "objects", "registration".
 OASLAM_API const char* ToString(PoseSource source);
 
+// The camera's pose in a world other than TrackingResult::world, in the units of that world.
+struct PoseElsewhere {
+  WorldId world;
+  Rigid3 world_from_cam;
+  PoseCovariance covariance = PoseCovariance::Zero();
+  bool is_uncertain = false;
+  double confidence = 0;  // probability that the pose is right
+
+  // Multiplies all lengths, as those of the world were.
+  void ScaleLengths(double factor) {
+    world_from_cam.translation *= factor;
+    covariance.topRows<3>() *= factor;
+    covariance.leftCols<3>() *= factor;
+  }
+};
+
 // The tracking result of one image.
 struct TrackingResult {
   int frame = 0;  // counted from 0 since the start, Load or Reset; -1: no image yet
@@ -31,11 +48,18 @@ struct TrackingResult {
   WorldId world;
 
   // world_from_cam: the camera's pose in a world, in map units (OpenCV axes: x right, y down, z
-  // forward). Nothing where the camera was not found, or is in another world than that.
+  // forward). Nothing where the camera has none in that world.
   std::optional<Rigid3> PoseIn(WorldId asked) const {
-    return asked == world ? world_from_cam_ : std::nullopt;
+    if (asked == world) return world_from_cam_;
+    for (const PoseElsewhere& other : elsewhere)
+      if (other.world == asked) return other.world_from_cam;
+    return std::nullopt;
   }
-  // Whether the camera has a pose, in whichever world.
+  // While the camera is lost in `world` and another submap grows, its pose in the world of that, as
+  // soon as it is tracked there. While it has a pose in `world`, that in each world whose map was
+  // joined with this one, as they lay to each other then: what was made there keeps its place.
+  std::vector<PoseElsewhere> elsewhere;
+  // Whether the camera has a pose in `world`.
   bool HasPose() const { return world_from_cam_.has_value(); }
   // Sets or removes the pose, in `world`.
   void SetPose(const std::optional<Rigid3>& world_from_cam) { world_from_cam_ = world_from_cam; }

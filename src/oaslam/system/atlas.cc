@@ -117,6 +117,7 @@ ImagePose Atlas::ProcessGrowing(const Frame& frame, const TrackingStep& in_main)
   if (!growing_ || (!is_found && have_passed(kPatience, growing_->lost_since))) BeginGrowing();
   Session& session = growing_->session();
   const TrackingStep there = session.Process(frame, GrowingContext());
+  growing_->pose = there.pose;
   note(IsLost(there.pose), growing_->lost_since);
   note(is_seen, growing_->found_since);
   if (session.tracker().HasGivenUp() || have_passed(kInBoth, growing_->found_since)) {
@@ -136,6 +137,11 @@ ImagePose Atlas::ProcessGrowing(const Frame& frame, const TrackingStep& in_main)
   lost_since_.reset();
   const ImagePose now = main().tracker().Present(*main().snapshot());
   return now.cam_from_world ? now : in_main.pose;
+}
+
+std::optional<std::pair<int, ImagePose>> Atlas::PoseInGrowing() const {
+  if (!growing_ || IsLost(growing_->pose) || IsBeginning(growing_->pose)) return std::nullopt;
+  return std::pair{growing_->submap->number, growing_->pose};
 }
 
 // Ends the submap that grows, if there is one, and begins another.
@@ -288,6 +294,11 @@ void Atlas::SetMapping(bool enabled) {
 void Atlas::SetMetresPerUnit(double metres, const std::optional<UnitByObjects>& by_objects) {
   EndGrowing();
   main().ScaleToMetres(metres, by_objects);
+  for (auto& [number, joining] : joinings_)
+    if (joining.into == main_->number)
+      joining.into_from_joined =
+          Similarity(metres, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()) *
+          joining.into_from_joined;
 }
 
 void Atlas::ForceRelocalization(const std::optional<Rigid3>& near) {

@@ -3,9 +3,11 @@
 #include <cmath>
 #include <exception>
 #include <list>
+#include <map>
 #include <memory>
 #include <optional>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "oaslam/config.h"
@@ -87,6 +89,12 @@ class Atlas {
   const Session& main() const { return *main_->session; }
   // The number of the main submap, in whose frame poses are reported.
   int main_number() const { return main_->number; }
+  // The pose of the newest image in the submap that grows, and the number of that; nothing where
+  // none grows, or the camera is not followed in it.
+  std::optional<std::pair<int, ImagePose>> PoseInGrowing() const;
+  // The submaps that were joined with the main one, directly or not, by number: main_from_submap,
+  // as it was then.
+  std::map<int, Similarity> Joined() const;
   // All submaps but the main one, by descending number of keyframes, numbered so that no two share
   // an id. Waits for the mapping of the growing one.
   std::vector<Submap> Others();
@@ -97,6 +105,7 @@ class Atlas {
     AtlasSubmap* submap;
     std::optional<double> lost_since{}, found_since{};  // in it; in the main one: time stamps
     SubmapLink to_main{};
+    ImagePose pose{};  // of the newest image
     Session& session() const { return *submap->session; }
   };
 
@@ -118,7 +127,7 @@ class Atlas {
   void GoBackTo(AtlasSubmap& waiting);
   bool JoinWaiting(const AtlasSubmap& waiting, const Similarity& world_from_waiting,
                    AtlasSubmap& into);
-  bool JoinWaiting(const AtlasSubmap& waiting, AtlasSubmap& into) const;
+  bool JoinWaiting(const AtlasSubmap& waiting, AtlasSubmap& into);
   std::optional<Similarity> PlaceIn(const Map& world, const std::vector<FramePose>& trajectory,
                                     const AtlasSubmap& waiting, Relocalizer& relocalizer) const;
   void JoinAll();
@@ -145,6 +154,12 @@ class Atlas {
   // Time stamp in seconds of the last frame that was looked for in the main submap and not found.
   std::optional<double> last_vain_look_;
   int next_number_ = 0;
+  // Of a submap that was joined with another, by number.
+  struct Joining {
+    int into = 0;  // the number of the other one
+    Similarity into_from_joined;
+  };
+  std::map<int, Joining> joinings_;
   std::exception_ptr failure_;  // exception of a session that has ended
   std::jthread ending_;         // destroys a session; in live mode
 };

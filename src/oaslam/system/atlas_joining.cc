@@ -52,6 +52,7 @@ bool Atlas::JoinGrowing() {
   if (!failure_) failure_ = session.failure();
   main().tracker().GoOnAs(std::move(session.tracker()), alignment->other_from_this.scale);
   AtlasSubmap& joined = *std::exchange(growing_, std::nullopt)->submap;
+  joinings_[joined.number] = {main_->number, alignment->other_from_this};
   main_->next_keyframe = std::max(main_->next_keyframe, joined.next_keyframe);
   End(std::move(joined.session));
   Erase(joined);
@@ -133,10 +134,11 @@ bool Atlas::JoinWaiting(const AtlasSubmap& waiting, const Similarity& world_from
   into.next_keyframe = std::max(into.next_keyframe, next.keyframe);
   next_object_ = std::max(next_object_, next.object);
   session.tracker().Adopt(joining.trajectory, world_from_waiting.scale);
+  joinings_[waiting.number] = {into.number, world_from_waiting};
   return true;
 }
 
-bool Atlas::JoinWaiting(const AtlasSubmap& waiting, AtlasSubmap& into) const {
+bool Atlas::JoinWaiting(const AtlasSubmap& waiting, AtlasSubmap& into) {
   auto& [map, trajectory] = into.content;
   const Submap& other = waiting.content;
   const auto world_from_other = PlaceIn(map, trajectory, waiting, into.relocalizer);
@@ -148,7 +150,22 @@ bool Atlas::JoinWaiting(const AtlasSubmap& waiting, AtlasSubmap& into) const {
   JoinSubmap(joining.map, *world_from_other, config_, rng, map);
   AdoptPoses(joining.trajectory, world_from_other->scale, trajectory);
   ++map.version;
+  joinings_[waiting.number] = {into.number, *world_from_other};
   return true;
+}
+
+std::map<int, Similarity> Atlas::Joined() const {
+  std::map<int, Similarity> joined;
+  for (const auto& [number, joining] : joinings_) {
+    Similarity from_joined = joining.into_from_joined;
+    int into = joining.into;
+    for (auto next = joinings_.find(into); next != joinings_.end(); next = joinings_.find(into)) {
+      from_joined = next->second.into_from_joined * from_joined;
+      into = next->second.into;
+    }
+    if (into == main_->number) joined.emplace(number, from_joined);
+  }
+  return joined;
 }
 
 // The place of a waiting submap in another map: by its keyframes that are found there, or by frames

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <optional>
 #include <set>
 
 #include "matchers.h"
@@ -187,6 +191,27 @@ TEST_F(AtlasTest, TheSubmapThatIsBeingMadeIsAmongTheOthers) {
     EXPECT_FALSE(atlas.main().snapshot()->landmarks.Contains(id));
 }
 
+TEST_F(AtlasTest, ThePoseInTheGrowingSubmapIsKnownAtOnce) {
+  Atlas atlas(SlamConfig(), map_, false, {});
+  Walk(atlas, 0, 110, 0, Scene::kLeft);
+  EXPECT_EQ(atlas.PoseInGrowing(), std::nullopt);
+  atlas.SetMetresPerUnit(1);  // so that it stays the main one
+  Walk(atlas, 110, 70, 109, Scene::kRight, -1);
+  const auto before = atlas.PoseInGrowing();
+  ASSERT_TRUE(before);
+  Walk(atlas, 180, 1, 39, Scene::kRight, -1);
+  const auto now = atlas.PoseInGrowing();
+  ASSERT_TRUE(now);
+  EXPECT_EQ(atlas.main_number(), 0);
+  EXPECT_EQ(now->first, 1);
+  EXPECT_EQ(now->second.state, TrackingState::kTracking);
+  const Rigid3 motion = *now->second.cam_from_world * before->second.cam_from_world->Inverse(),
+               truth = TruePose(39) * TruePose(40).Inverse();
+  EXPECT_LT(motion.rotation.angularDistance(truth.rotation), 0.002);
+  Walk(atlas, 181, 1, 38, Scene::kNothing, -1);
+  EXPECT_EQ(atlas.PoseInGrowing(), std::nullopt);
+}
+
 TEST_F(AtlasTest, AMetricSubmapStaysTheMainOne) {
   Atlas atlas(SlamConfig(), map_, false, {});
   Walk(atlas, 0, 70, 0, Scene::kLeft);
@@ -208,6 +233,34 @@ TEST_F(AtlasTest, SubmapsAreJoinedOnceFramesShowBoth) {
   EXPECT_THAT(map.CheckInvariants(), IsEmpty());
   EXPECT_GT(FramesOf(atlas->main().tracker().trajectory()).size(), 220U);
   EXPECT_LT(AbsoluteError(map, atlas->main().tracker().trajectory()), 0.01);
+}
+
+TEST_F(AtlasTest, AJoinedSubmapIsStillAPlaceForPoses) {
+  const auto atlas = WalkPastBoth();
+  EXPECT_THAT(atlas->Joined(), IsEmpty());
+  const Submap before = atlas->Others().at(0);
+  Walk(*atlas, 160, 80, -20, Scene::kAll);
+  atlas->Finish();
+  ASSERT_THAT(atlas->Others(), IsEmpty());
+  const std::map<int, Similarity> joined = atlas->Joined();
+  ASSERT_THAT(joined, SizeIs(1));
+  const auto& [number, main_from_joined] = *joined.begin();
+  EXPECT_EQ(number, 0);
+  const auto error_in = [&](double factor) {
+    const std::shared_ptr<const Map> map = atlas->main().Newest();
+    double most = 0;
+    for (const FramePose& pose : before.trajectory) {
+      const auto now = atlas->main().tracker().PoseOf(pose.frame_index, *map);
+      const Eigen::Vector3d was =
+          (pose.cam_from_reference * *before.map.ResolvePose(pose.reference)).OriginInSource();
+      if (now) most = std::max(most, (atlas->Joined().at(0) * was - now->OriginInSource()).norm());
+    }
+    return most / factor;
+  };
+  EXPECT_LT(error_in(main_from_joined.scale), 0.05);
+  atlas->SetMetresPerUnit(3);
+  EXPECT_NEAR(atlas->Joined().at(0).scale, 3 * main_from_joined.scale, 1e-9);
+  EXPECT_LT(error_in(3 * main_from_joined.scale), 0.05);
 }
 
 TEST_F(AtlasTest, ASubmapOfAnEarlierRunIsJoinedByALaterOne) {

@@ -91,10 +91,31 @@ void Slam::Impl::Begin(SavedMap saved, WorldId world, bool is_loaded) {
   Post();
 }
 
-WorldId Slam::Impl::world() const {
-  const auto [entry, is_new] = worlds_.try_emplace(atlas_->main_number());
+WorldId Slam::Impl::WorldOf(int submap) const {
+  const auto [entry, is_new] = worlds_.try_emplace(submap);
   if (is_new) entry->second = NewWorld();
   return entry->second;
+}
+
+std::vector<PoseElsewhere> Slam::Impl::PosesElsewhere(const TrackingResult& result) const {
+  std::vector<PoseElsewhere> poses;
+  if (const auto growing = atlas_->PoseInGrowing()) {
+    const auto& [number, pose] = *growing;
+    poses.push_back({WorldOf(number), pose.cam_from_world->Inverse(), pose.covariance,
+                     pose.is_uncertain, pose.confidence});
+  }
+  const std::optional<Rigid3> here = result.PoseIn(result.world);
+  if (!here) return poses;
+  for (const auto& [number, main_from_joined] : atlas_->Joined()) {
+    const auto world = worlds_.find(number);
+    if (world == worlds_.end()) continue;  // nobody was told of it
+    const Rigid3 cam_from_joined = (Similarity(here->Inverse()) * main_from_joined).AsPose();
+    PoseElsewhere& there = poses.emplace_back(PoseElsewhere{
+        world->second, *here, result.covariance, result.is_uncertain, result.confidence});
+    there.ScaleLengths(1 / main_from_joined.scale);
+    there.world_from_cam = cam_from_joined.Inverse();
+  }
+  return poses;
 }
 
 void Slam::Impl::SetMask(const ImageMask& mask) {
@@ -131,6 +152,7 @@ void Slam::Impl::PostChange() {
     TakePose({}, newest_);
   }
   newest_.world = now;
+  newest_.elsewhere = PosesElsewhere(newest_);
   Post();
 }
 
@@ -236,6 +258,7 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   result.world = world();
   result.keypoints = frame.features_skipped ? 0 : frame.features->size();
   TakePose(step.pose, result);
+  result.elsewhere = PosesElsewhere(result);
   if (result.HasPose()) result.motion_unit = session().tracker().MotionUnit(frame);
   result.ms_objects = step.ms_objects;
   result.detections = static_cast<int>(input.detections.size());

@@ -33,8 +33,9 @@ class OASLAM_LOCAL Slam::Impl {
   // anything is changed.
   void Begin(SavedMap saved, WorldId world, bool is_loaded);
 
-  // The world of the main submap.
-  WorldId world() const;
+  // The world of the main submap; of a submap, by its number.
+  WorldId world() const { return WorldOf(atlas_->main_number()); }
+  WorldId WorldOf(int submap) const;
   // The main submap is in a new world from now on.
   void BeginWorld() { worlds_[atlas_->main_number()] = NewWorld(); }
 
@@ -80,7 +81,7 @@ class OASLAM_LOCAL Slam::Impl {
   std::shared_ptr<SlamStates::Board> states_ = std::make_shared<SlamStates::Board>();
   mutable SnapshotSeries snapshots_;
   TrackingResult newest_;                  // as posted last
-  mutable std::map<int, WorldId> worlds_;  // of submaps that have been the main one, by number
+  mutable std::map<int, WorldId> worlds_;  // of submaps that poses were given in, by number
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
   bool is_mapping_ = true;
   // Whether a call has thrown the MappingError already.
@@ -96,6 +97,7 @@ class OASLAM_LOCAL Slam::Impl {
                             double ms_features);
   std::shared_ptr<const FrameMotion> RunOdometry(const ImageInput& grey, double& cpu_ms);
   Frame MakeNextFrame(const ImageInput& input, double& cpu_ms);
+  std::vector<PoseElsewhere> PosesElsewhere(const TrackingResult& result) const;
   void Post();
 };
 
