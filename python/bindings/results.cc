@@ -13,12 +13,23 @@ namespace oaslam::python {
 namespace {
 
 void AddTrackingResult(py::module_& m) {
+  py::class_<PoseElsewhere>(m, "PoseElsewhere", doc::PoseElsewhere)
+      .def_readonly(OASLAM_FIELD(PoseElsewhere, world))
+      .def_readonly(OASLAM_FIELD(PoseElsewhere, world_from_cam))
+      .def_property_readonly(
+          "covariance", [](const PoseElsewhere& p) { return ArrayOf(p.covariance); },
+          doc::PoseElsewhere_covariance)
+      .def_readonly(OASLAM_FIELD(PoseElsewhere, is_uncertain))
+      .def_readonly(OASLAM_FIELD(PoseElsewhere, confidence));
   py::class_<TrackingResult>(m, "TrackingResult", doc::TrackingResult)
       .def_readonly(OASLAM_FIELD(TrackingResult, frame))
       .def_readonly(OASLAM_FIELD(TrackingResult, timestamp))
       .def_readonly(OASLAM_FIELD(TrackingResult, state))
       .def_readonly(OASLAM_FIELD(TrackingResult, world))
       .def("pose_in", &TrackingResult::PoseIn, py::arg("world"), doc::TrackingResult_PoseIn)
+      .def_property_readonly(
+          "elsewhere", [](const TrackingResult& r) { return py::tuple(py::cast(r.elsewhere)); },
+          doc::TrackingResult_elsewhere)
       .def_property_readonly("has_pose", &TrackingResult::HasPose, doc::TrackingResult_HasPose)
       .def_readonly(OASLAM_FIELD(TrackingResult, source))
       .def_readonly(OASLAM_FIELD(TrackingResult, keypoints))

@@ -29,6 +29,7 @@ PROPERTIES = {
     "Detection.other_labels": "Tuple[Label, ...]",
     "ImageDetections.detections": "Tuple[Detection, ...]",
     "InputImage.image": "Optional[numpy.typing.NDArray[numpy.uint8]]",
+    "TrackingResult.elsewhere": "Tuple[PoseElsewhere, ...]",
 }
 
 

@@ -125,11 +125,12 @@ class Atlas {
   void LookFrom(const Frame& keyframe, AtlasSubmap& in);
   void LookFor(const Frame& keyframe, AtlasSubmap& in, AtlasSubmap& waiting);
   void GoBackTo(AtlasSubmap& waiting);
-  bool JoinWaiting(const AtlasSubmap& waiting, const Similarity& world_from_waiting,
+  bool JoinWaiting(const AtlasSubmap& waiting, const SubmapAlignment& world_from_waiting,
                    AtlasSubmap& into);
   bool JoinWaiting(const AtlasSubmap& waiting, AtlasSubmap& into);
-  std::optional<Similarity> PlaceIn(const Map& world, const std::vector<FramePose>& trajectory,
-                                    const AtlasSubmap& waiting, Relocalizer& relocalizer) const;
+  std::optional<SubmapAlignment> PlaceIn(const Map& world, const std::vector<FramePose>& trajectory,
+                                         const AtlasSubmap& waiting,
+                                         Relocalizer& relocalizer) const;
   void JoinAll();
   void PromoteLargest();
   void Wake(AtlasSubmap& waiting);

@@ -19,15 +19,24 @@ namespace {
 // hardly any parallax.
 constexpr size_t kMinKeyframes = 5;
 
+void Say(int frame, const Submap& joined, const SubmapAlignment& alignment) {
+  const Map& map = joined.map;
+  Log(LogLevel::kInfo,
+      "frame {}: a submap of {} keyframes, frames {} to {}, was joined: {} images by points and {} "
+      "by objects agree, {} do not; scale known to {:.1f} %",
+      frame, map.keyframes.size(), map.keyframes.At(map.keyframes.First()).frame_index,
+      map.keyframes.At(map.keyframes.Ids().back()).frame_index, alignment.by_points,
+      alignment.by_objects, alignment.contradicting, 100 * alignment.relative_sigma);
+}
+
 // Joins another submap with the map of a session; false where the camera would jump between them.
-bool Join(const Submap& other, const Similarity& world_from_other, Session& session) {
+// `alignment`: from the other one to the session's.
+bool Join(const Submap& other, const SubmapAlignment& alignment, Session& session) {
   if (!IsContinuous(*session.snapshot(), session.tracker().trajectory(), other.map,
-                    other.trajectory, world_from_other) ||
-      !session.Join(other.map, world_from_other))
+                    other.trajectory, alignment.other_from_this) ||
+      !session.Join(other.map, alignment.other_from_this))
     return false;
-  Log(LogLevel::kInfo, "frame {}: a submap of {} keyframes, from frame {} on, was joined",
-      session.tracker().newest_frame(), other.map.keyframes.size(),
-      other.map.keyframes.At(other.map.keyframes.First()).frame_index);
+  Say(session.tracker().newest_frame(), other, alignment);
   return true;
 }
 
@@ -48,7 +57,7 @@ bool Atlas::JoinGrowing() {
   if (!align()) return false;
   const Submap content{*session.Newest(), session.tracker().trajectory()};
   const std::optional<SubmapAlignment> alignment = align();
-  if (!alignment || !Join(content, alignment->other_from_this, main())) return false;
+  if (!alignment || !Join(content, *alignment, main())) return false;
   if (!failure_) failure_ = session.failure();
   main().tracker().GoOnAs(std::move(session.tracker()), alignment->other_from_this.scale);
   AtlasSubmap& joined = *std::exchange(growing_, std::nullopt)->submap;
@@ -99,11 +108,11 @@ void Atlas::LookFor(const Frame& keyframe, AtlasSubmap& in, AtlasSubmap& waiting
   session.Submit(AdoptAdjustment{});  // queued commands may still move the map
   const auto waiting_from_world = align();
   if (!waiting_from_world) return;
-  const Similarity world_from_waiting = waiting_from_world->other_from_this.Inverse();
+  const SubmapAlignment world_from_waiting = waiting_from_world->Inverse();
   if (lost_since_ && &in != main_ && !MustStayMain()) {
     // Asked before the main submap is exchanged; JoinWaiting asks by itself.
     if (IsContinuous(*session.snapshot(), session.tracker().trajectory(), other,
-                     waiting.content.trajectory, world_from_waiting))
+                     waiting.content.trajectory, world_from_waiting.other_from_this))
       GoBackTo(waiting);
   } else if (JoinWaiting(waiting, world_from_waiting, in)) {
     Erase(waiting);
@@ -124,7 +133,7 @@ void Atlas::GoBackTo(AtlasSubmap& waiting) {
   if (!JoinGrowing()) EndGrowing();
 }
 
-bool Atlas::JoinWaiting(const AtlasSubmap& waiting, const Similarity& world_from_waiting,
+bool Atlas::JoinWaiting(const AtlasSubmap& waiting, const SubmapAlignment& world_from_waiting,
                         AtlasSubmap& into) {
   Session& session = *into.session;
   const NextIds free{into.next_keyframe, session.Newest()->next_landmark, next_object_};
@@ -133,8 +142,8 @@ bool Atlas::JoinWaiting(const AtlasSubmap& waiting, const Similarity& world_from
   const NextIds next = NextIdsOf(joining.map);
   into.next_keyframe = std::max(into.next_keyframe, next.keyframe);
   next_object_ = std::max(next_object_, next.object);
-  session.tracker().Adopt(joining.trajectory, world_from_waiting.scale);
-  joinings_[waiting.number] = {into.number, world_from_waiting};
+  session.tracker().Adopt(joining.trajectory, world_from_waiting.other_from_this.scale);
+  joinings_[waiting.number] = {into.number, world_from_waiting.other_from_this};
   return true;
 }
 
@@ -142,15 +151,16 @@ bool Atlas::JoinWaiting(const AtlasSubmap& waiting, AtlasSubmap& into) {
   auto& [map, trajectory] = into.content;
   const Submap& other = waiting.content;
   const auto world_from_other = PlaceIn(map, trajectory, waiting, into.relocalizer);
-  if (!world_from_other ||
-      !IsContinuous(map, trajectory, other.map, other.trajectory, *world_from_other))
+  if (!world_from_other || !IsContinuous(map, trajectory, other.map, other.trajectory,
+                                         world_from_other->other_from_this))
     return false;
   const Submap joining = Renumbered(other, NextIdsOf(map));
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
-  JoinSubmap(joining.map, *world_from_other, config_, rng, map);
-  AdoptPoses(joining.trajectory, world_from_other->scale, trajectory);
+  JoinSubmap(joining.map, world_from_other->other_from_this, config_, rng, map);
+  AdoptPoses(joining.trajectory, world_from_other->other_from_this.scale, trajectory);
   ++map.version;
-  joinings_[waiting.number] = {into.number, *world_from_other};
+  joinings_[waiting.number] = {into.number, world_from_other->other_from_this};
+  Say(main().tracker().newest_frame(), joining, *world_from_other);
   return true;
 }
 
@@ -170,15 +180,16 @@ std::map<int, Similarity> Atlas::Joined() const {
 
 // The place of a waiting submap in another map: by its keyframes that are found there, or by frames
 // of the other one that were found in it.
-std::optional<Similarity> Atlas::PlaceIn(const Map& world, const std::vector<FramePose>& trajectory,
-                                         const AtlasSubmap& waiting,
-                                         Relocalizer& relocalizer) const {
+std::optional<SubmapAlignment> Atlas::PlaceIn(const Map& world,
+                                              const std::vector<FramePose>& trajectory,
+                                              const AtlasSubmap& waiting,
+                                              Relocalizer& relocalizer) const {
   const auto& [map, own_trajectory] = waiting.content;
   SubmapLink link;
   FindKeyframes(waiting.content, world, mode_, {}, config_, relocalizer, link);
-  if (const auto found = link.Align(map, own_trajectory)) return found->other_from_this;
+  if (auto found = link.Align(map, own_trajectory)) return found;
   const auto seen = waiting.link.Align(world, trajectory);
-  return seen ? std::optional(seen->other_from_this.Inverse()) : std::nullopt;
+  return seen ? std::optional(seen->Inverse()) : std::nullopt;
 }
 
 // Joins waiting submaps with the main one and with each other.

@@ -26,6 +26,12 @@ struct SubmapAlignment {
     const double agreeing = by_points + by_objects;
     return agreeing / (agreeing + contradicting);
   }
+  // The same, seen from the other submap.
+  SubmapAlignment Inverse() const {
+    SubmapAlignment inverse = *this;
+    inverse.other_from_this = other_from_this.Inverse();
+    return inverse;
+  }
 };
 
 // Collects frames that have a pose in two submaps, and estimates the similarity between the
