@@ -43,6 +43,19 @@ static void check_cameras(const oaslam_camera* camera) {
   CHECK(oaslam_camera_project(camera, behind, again, &is_there) == OASLAM_OK && !is_there);
 }
 
+/* A pose in another world is found by that world's number. */
+static void check_worlds(oaslam_result result) {
+  oaslam_pose pose;
+  memset(&pose, 0, sizeof pose);
+  CHECK(result.reserved.elsewhere_count == 0 && !oaslam_pose_in(&result, result.world + 1, &pose));
+  result.reserved.elsewhere_count = 2;
+  result.reserved.elsewhere_worlds[0] = result.world + 2;
+  result.reserved.elsewhere_worlds[1] = result.world + 1;
+  result.reserved.elsewhere_poses[1].translation[0] = 3;
+  CHECK(oaslam_pose_in(&result, result.world + 1, &pose) && pose.translation[0] == 3);
+  CHECK(!oaslam_pose_in(&result, result.world + 3, &pose));
+}
+
 static void check_errors(const oaslam_camera* camera) {
   oaslam_camera none;
   oaslam_slam* slam = NULL;
@@ -78,6 +91,7 @@ static void check_errors(const oaslam_camera* camera) {
   image = image_at(0);
   CHECK(oaslam_slam_process(slam, &image, &result) == OASLAM_OK);
   CHECK(result.frame == 0 && oaslam_pose_in(&result, result.world + 1, NULL) == 0);
+  check_worlds(result);
   CHECK(oaslam_slam_set_metres_per_unit(slam, 2) == OASLAM_INPUT_ERROR);
   CHECK(oaslam_slam_set_scale(slam, NULL) == OASLAM_INPUT_ERROR);
   scale.metres_per_unit = 2;

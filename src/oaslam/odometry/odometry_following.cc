@@ -75,14 +75,18 @@ Rigid3 Odometry::TurnedAsImage(const Rigid3& predicted) const {
 // Adds the sightings of the newest image; returns how many. Where many points are lost by
 // `predicted`, and the camera turned otherwise, `predicted` becomes that.
 int Odometry::Follow(Rigid3& predicted) {
-  constexpr double kManyLost = 0.3;  // share of the points
+  constexpr double kManyLost = 0.3;    // share of the points
+  constexpr double kOtherwise = 0.05;  // of the width: twice the error of the shift
   FollowedPoints followed = FollowFrom(predicted);
   if (followed.ShareLost() > kManyLost) {
     const Rigid3 turned = TurnedAsImage(predicted);
-    FollowedPoints again = FollowFrom(turned);
-    if (again.ShareLost() < followed.ShareLost()) {
-      followed = std::move(again);
-      predicted = turned;
+    const double turn = turned.rotation.angularDistance(predicted.rotation);
+    if (turn * camera_.fx > kOtherwise * camera_.width) {
+      FollowedPoints again = FollowFrom(turned);
+      if (again.ShareLost() < followed.ShareLost()) {
+        followed = std::move(again);
+        predicted = turned;
+      }
     }
   }
   int count = 0;
