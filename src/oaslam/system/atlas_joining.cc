@@ -94,11 +94,7 @@ void Atlas::LookFor(const Frame& keyframe, AtlasSubmap& in, AtlasSubmap& waiting
   const Map& other = waiting.content.map;
   const Relocalization found = waiting.relocalizer.Find(keyframe, other, mode_, rng);
   const double seconds = keyframe.timestamp - waiting.seen_at;
-  const auto tells_place = [&] {
-    return TellsPlace(other, found, seconds) ||
-           (IsOneWall(other) && IsOneWall(*session.snapshot()));
-  };
-  if (found.IsFound() && tells_place())
+  if (found.IsFound() && TellsPlace(other, *session.snapshot(), found, seconds))
     waiting.link.AddKeyframe(keyframe.index, found, other, seconds <= kLongestStep);
   if (session.snapshot()->keyframes.size() < kMinKeyframes) return;
   const auto align = [&] {

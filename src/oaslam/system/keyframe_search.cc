@@ -13,7 +13,6 @@ SearchResult FindKeyframes(const Submap& submap, const Map& world, Relocalizatio
                            Relocalizer& relocalizer, SubmapLink& link) {
   const std::vector<KeyframeId> ids = submap.map.keyframes.Ids();
   const size_t step = (ids.size() + effort.max_keyframes - 1) / effort.max_keyframes;
-  const bool are_one_wall = IsOneWall(submap.map) && IsOneWall(world);
   SearchResult result;
   for (size_t i = 0; i < ids.size(); i += step) {
     if (result.found + result.flat == 0 && result.looked_for >= effort.max_in_vain) break;
@@ -22,7 +21,7 @@ SearchResult FindKeyframes(const Submap& submap, const Map& world, Relocalizatio
     const Relocalization found = relocalizer.Find(frame, world, mode, rng);
     ++result.looked_for;
     if (!found.IsFound()) continue;
-    if (!are_one_wall && !TellsPlace(world, found, INFINITY)) {
+    if (!TellsPlace(world, submap.map, found, INFINITY)) {
       ++result.flat;
       continue;
     }

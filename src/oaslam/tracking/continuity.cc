@@ -53,6 +53,17 @@ double NinetyFifth(std::vector<double> values) {
   return *place;
 }
 
+// Whether the map is of one wall or table, so that there is no other place.
+bool ShowsOneWall(const Map& map) {
+  constexpr size_t kMost = 2000;  // landmarks that are looked at, which bounds the time
+  if (map.keyframes.empty()) return false;
+  const std::vector<LandmarkId> ids = map.landmarks.Ids();
+  std::vector<Eigen::Vector3d> landmarks;
+  for (size_t i = 0; i < ids.size(); i += ids.size() / kMost + 1)
+    landmarks.push_back(map.landmarks.At(ids[i]).position);
+  return IsOneWall(landmarks, map.MedianDepth(map.keyframes.First()));
+}
+
 }  // namespace
 
 std::span<const FramePose> NewestPoses(const std::vector<FramePose>& trajectory, double now) {
@@ -62,21 +73,13 @@ std::span<const FramePose> NewestPoses(const std::vector<FramePose>& trajectory,
   return {first, trajectory.end()};
 }
 
-bool TellsPlace(const Map& map, const Relocalization& found, double seconds_since_seen) {
+bool TellsPlace(const Map& map, const Map& from, const Relocalization& found,
+                double seconds_since_seen) {
   constexpr size_t kObjects = 3;  // that agree with the pose are no window
   const bool is_soon = seconds_since_seen >= 0 && seconds_since_seen <= kLongestStep;
   return found.evidence != PoseEvidence::kPoints || is_soon ||
-         found.objects.matched.size() >= kObjects || !IsFlat(map, found);
-}
-
-bool IsOneWall(const Map& map) {
-  constexpr size_t kMost = 2000;  // landmarks that are looked at, which bounds the time
-  if (map.keyframes.empty()) return false;
-  const std::vector<LandmarkId> ids = map.landmarks.Ids();
-  std::vector<Eigen::Vector3d> landmarks;
-  for (size_t i = 0; i < ids.size(); i += ids.size() / kMost + 1)
-    landmarks.push_back(map.landmarks.At(ids[i]).position);
-  return IsOneWall(landmarks, map.MedianDepth(map.keyframes.First()));
+         found.objects.matched.size() >= kObjects || !IsFlat(map, found) ||
+         (ShowsOneWall(map) && ShowsOneWall(from));
 }
 
 bool IsContinuous(const Map& map, std::span<const FramePose> trajectory, const Map& other,

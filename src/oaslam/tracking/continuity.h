@@ -17,12 +17,12 @@ inline constexpr double kLongestStep = 3;
 
 // Whether the landmarks that a pose rests on tell one place from all others. Those of one window or
 // poster do not: the like may hang in another room. They suffice where the camera was seen in the
-// map at most kLongestStep before, since IsContinuous then refuses other rooms.
-// `seconds_since_seen`: infinite where nothing is known of it, or the camera may have jumped.
-bool TellsPlace(const Map& map, const Relocalization& found, double seconds_since_seen);
-
-// Whether the map is of one wall or table, so that there is no other place.
-bool IsOneWall(const Map& map);
+// map at most kLongestStep before, since IsContinuous then refuses other rooms, and where both maps
+// are of one wall or table. `from`: the map of the image that was found in `map`; the same where
+// the camera is lost in it. `seconds_since_seen`: infinite where nothing is known of it, or the
+// camera may have jumped.
+bool TellsPlace(const Map& map, const Map& from, const Relocalization& found,
+                double seconds_since_seen);
 
 // Whether the camera moves plausibly between two submaps under `world_from_other`. From a frame of
 // one submap to a frame of the other shortly after, it may neither move nor turn much faster than

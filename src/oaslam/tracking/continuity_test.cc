@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "synthetic_world.h"
 
 namespace oaslam {
@@ -41,14 +43,33 @@ TEST(Continuity, AWindowAloneTellsNoPlaceLater) {
         map.AddLandmark({rng.Uniform(-1, 1), rng.Uniform(-1, 1), 3}, KeyframeId(0)));
   for (int i = 0; i < 200; ++i)
     map.AddLandmark({rng.Uniform(-1, 1), rng.Uniform(-1, 1), rng.Uniform(1, 2.7)}, KeyframeId(0));
-  EXPECT_TRUE(TellsPlace(map, found, 1));
-  EXPECT_FALSE(TellsPlace(map, found, 10));
-  EXPECT_FALSE(TellsPlace(map, found, -1));  // of another recording
+  EXPECT_TRUE(TellsPlace(map, map, found, 1));
+  EXPECT_FALSE(TellsPlace(map, map, found, 10));
+  EXPECT_FALSE(TellsPlace(map, map, found, -1));  // of another recording
   Relocalization with_objects = found;
   with_objects.objects.matched.resize(3);
-  EXPECT_TRUE(TellsPlace(map, with_objects, 10));
+  EXPECT_TRUE(TellsPlace(map, map, with_objects, 10));
   for (uint32_t i = 60; i < 80; ++i) found.points.landmarks.push_back(LandmarkId(i));
-  EXPECT_TRUE(TellsPlace(map, found, 10));  // with things beside it
+  EXPECT_TRUE(TellsPlace(map, map, found, 10));  // with things beside it
+}
+
+TEST(Continuity, WhereBothMapsAreOfOneWallThereIsNoOther) {
+  Map wall;
+  Rng rng(1);
+  Keyframe keyframe;
+  Relocalization found;
+  found.evidence = PoseEvidence::kPoints;
+  for (int i = 0; i < 200; ++i) {
+    keyframe.landmarks.push_back(
+        wall.AddLandmark({rng.Uniform(-1, 1), rng.Uniform(-1, 1), 3}, KeyframeId(0)));
+    if (i < 60) found.points.landmarks.push_back(keyframe.landmarks.back());
+  }
+  wall.keyframes.Insert(KeyframeId(0), std::move(keyframe));
+  EXPECT_TRUE(TellsPlace(wall, wall, found, 10));
+  Map room = wall;
+  for (int i = 0; i < 200; ++i)
+    room.AddLandmark({rng.Uniform(-1, 1), rng.Uniform(-1, 1), rng.Uniform(1, 2.7)}, KeyframeId(0));
+  EXPECT_FALSE(TellsPlace(wall, room, found, 10));
 }
 
 }  // namespace

@@ -31,8 +31,7 @@ TrackingStep Tracker::PlaceFound(const Frame& frame, const Map& map, const Reloc
   const bool is_doubted = lost && lost->is_pose_doubted, is_told = lost && lost->prior;
   // What is mapped from a wrong place on cannot be mended.
   if (context.IsMapping() && !is_told &&
-      !TellsPlace(map, found, is_doubted ? INFINITY : frame.timestamp - link_.seen_at()) &&
-      !IsOneWall(map)) {
+      !TellsPlace(map, map, found, is_doubted ? INFINITY : frame.timestamp - link_.seen_at())) {
     newest_.relocalization->evidence = PoseEvidence::kNone;
     newest_.relocalization->why_not = "all points found lie in one plane, which may hang elsewhere";
     return Miss(frame, map, context);
