@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <future>
 #include <memory>
+#include <tuple>
 #include <utility>
 
 #include "beside.h"
@@ -333,7 +334,7 @@ void Run(const RunOptions& given) {
     failed.Try([&] {
       if (!options.map_out.empty()) SaveMap(options.map_out, saved);
     });
-    return std::pair(std::move(saved), tracked);
+    return std::tuple(std::move(saved), tracked, written.Uncertain(), written.Loose());
   };
   const SavedMap unfinished = SavedMapOf(slam.WholeMap());
   SavedMap finished;
@@ -351,7 +352,7 @@ void Run(const RunOptions& given) {
   }
   finishing.get();
   const bool interrupted = Interrupted();
-  const auto [saved, tracked] =
+  const auto [saved, tracked, uncertain, loose] =
       save(std::move(finished), slam.Snapshot().world(), estimate, failures);
   if (dropped > 0) spdlog::warn("{} images came too late and were dropped", dropped);
   failures.Throw();
@@ -361,11 +362,8 @@ void Run(const RunOptions& given) {
                saved.map.CountMappedObjects(), options.out,
                options.map_out.empty() ? "; the map is not saved (--map-out)" : "");
   if (!options.common.quiet) SayUnit(saved.map, why_arbitrary);
-  if (const std::string uncertain = results.Uncertain();
-      !options.common.quiet && !uncertain.empty())
-    fmt::print("{}\n", uncertain);
-  if (const std::string loose = results.Loose(); !options.common.quiet && !loose.empty())
-    fmt::print("{}\n", loose);
+  for (const std::string& doubt : {uncertain, loose})
+    if (!options.common.quiet && !doubt.empty()) fmt::print("{}\n", doubt);
   if (options.plain.IsUsed() && !options.common.quiet && !saved.map.keyframes.empty())
     fmt::print("to look at it: oaslam view {}\n", options.out);
   view.Finish(saved, interrupted);

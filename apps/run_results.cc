@@ -185,13 +185,7 @@ void RunResults::WriteSubmaps(const std::vector<std::vector<StampedPose>>& subma
 void RunResults::TakePosesInWorld() {
   for (auto& [index, r] : frames_) {
     const auto there = std::ranges::find(r.elsewhere, world_, &PoseElsewhere::world);
-    if (r.world == world_ || there == r.elsewhere.end()) continue;
-    r.world = world_;
-    r.state = TrackingState::kTracking;
-    r.SetPose(there->world_from_cam);
-    r.covariance = there->covariance;
-    r.is_uncertain = there->is_uncertain;
-    r.confidence = there->confidence;
+    if (r.world != world_ && there != r.elsewhere.end()) r.GoTo(*there);
   }
 }
 

@@ -47,11 +47,11 @@ static void check_cameras(const oaslam_camera* camera) {
 static void check_worlds(oaslam_result result) {
   oaslam_pose pose;
   memset(&pose, 0, sizeof pose);
-  CHECK(result.reserved.elsewhere_count == 0 && !oaslam_pose_in(&result, result.world + 1, &pose));
-  result.reserved.elsewhere_count = 2;
-  result.reserved.elsewhere_worlds[0] = result.world + 2;
-  result.reserved.elsewhere_worlds[1] = result.world + 1;
-  result.reserved.elsewhere_poses[1].translation[0] = 3;
+  CHECK(result.elsewhere_count == 0 && !oaslam_pose_in(&result, result.world + 1, &pose));
+  result.elsewhere_count = 2;
+  result.elsewhere[0] = result.world + 2;
+  result.elsewhere[1] = result.world + 1;
+  result.reserved.elsewhere[1].translation[0] = 3;
   CHECK(oaslam_pose_in(&result, result.world + 1, &pose) && pose.translation[0] == 3);
   CHECK(!oaslam_pose_in(&result, result.world + 3, &pose));
 }

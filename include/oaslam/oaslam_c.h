@@ -134,13 +134,14 @@ typedef struct {
   double covariance[36];    /* rows of a 6x6 matrix: translation, rotation, in the camera's axes */
   int32_t matched, inliers; /* -1 where no landmarks were looked for */
   int32_t detections, objects;
+  /* Other worlds in which the camera has a pose (oaslam::TrackingResult::elsewhere); of more than
+   * eight, those that came last. */
+  int32_t elsewhere_count;
+  uint32_t elsewhere[8];
   struct {
     int32_t has_pose;
     oaslam_pose pose;
-    /* oaslam::TrackingResult::elsewhere, up to four of them. */
-    int32_t elsewhere_count;
-    uint32_t elsewhere_worlds[4];
-    oaslam_pose elsewhere_poses[4];
+    oaslam_pose elsewhere[8];
   } reserved; /* read by oaslam_pose_in */
 } oaslam_result;
 

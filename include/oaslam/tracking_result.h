@@ -22,14 +22,19 @@ OASLAM_API const char* ToString(PoseSource source);
 // The camera's pose in a world other than TrackingResult::world, in the units of that world.
 struct PoseElsewhere {
   WorldId world;
+  TrackingState state = TrackingState::kLost;
   Rigid3 world_from_cam;
+  // In a world that was joined, that of the pose in TrackingResult::world: how well the two are
+  // known to lie to each other (mostly to some percent of the distance) is not in it.
   PoseCovariance covariance = PoseCovariance::Zero();
   bool is_uncertain = false;
   double confidence = 0;  // probability that the pose is right
+  double depth = 0;       // median depth of the landmarks that support the pose; 0 without any
 
   // Multiplies all lengths, as those of the world were.
   void ScaleLengths(double factor) {
     world_from_cam.translation *= factor;
+    depth *= factor;
     covariance.topRows<3>() *= factor;
     covariance.leftCols<3>() *= factor;
   }
@@ -55,9 +60,10 @@ struct TrackingResult {
       if (other.world == asked) return other.world_from_cam;
     return std::nullopt;
   }
-  // While the camera is lost in `world` and another submap grows, its pose in the world of that, as
-  // soon as it is tracked there. While it has a pose in `world`, that in each world whose map was
-  // joined with this one, as they lay to each other then: what was made there keeps its place.
+  // Its pose in each world that the application was told of and whose map was joined with this one,
+  // as these lay to each other when they were joined: what was made there keeps its place. And
+  // while another submap grows, since the camera was lost in `world`: its pose in the world of
+  // that, as soon as it is tracked there; the last one.
   std::vector<PoseElsewhere> elsewhere;
   // Whether the camera has a pose in `world`.
   bool HasPose() const { return world_from_cam_.has_value(); }
@@ -92,6 +98,22 @@ struct TrackingResult {
   double ms_total = 0, ms_features = 0, ms_track = 0, ms_objects = 0;
   double cpu_ms = 0;  // CPU time from image in to pose out; mapping not counted
 
+  // Makes this the result of another world, in which the camera has a pose, too. What landmarks
+  // and motion tell of the former one goes.
+  void GoTo(const PoseElsewhere& there) {
+    world = there.world;
+    state = there.state;
+    world_from_cam_ = there.world_from_cam;
+    source = PoseSource::kMap;
+    covariance = there.covariance;
+    is_uncertain = there.is_uncertain;
+    confidence = there.confidence;
+    depth = there.depth;
+    seconds_without_map = 0;
+    motion_unit.reset();
+    matched.reset();
+    inliers.reset();
+  }
   // Multiplies all lengths, as those of the map were.
   void ScaleLengths(double factor) {
     if (world_from_cam_) world_from_cam_->translation *= factor;

@@ -20,6 +20,8 @@ void AddTrackingResult(py::module_& m) {
           "covariance", [](const PoseElsewhere& p) { return ArrayOf(p.covariance); },
           doc::PoseElsewhere_covariance)
       .def_readonly(OASLAM_FIELD(PoseElsewhere, is_uncertain))
+      .def_readonly(OASLAM_FIELD(PoseElsewhere, state))
+      .def_readonly(OASLAM_FIELD(PoseElsewhere, depth))
       .def_readonly(OASLAM_FIELD(PoseElsewhere, confidence));
   py::class_<TrackingResult>(m, "TrackingResult", doc::TrackingResult)
       .def_readonly(OASLAM_FIELD(TrackingResult, frame))

@@ -8,7 +8,7 @@
 namespace oaslam {
 namespace {
 
-// An image of at most `kMostPixels` along its longer side, by the means of square blocks.
+// An image of at most `kMostPixels` along its longer side, by square blocks.
 struct SmallImage {
   static constexpr int kMostPixels = 40;
 
@@ -33,7 +33,7 @@ struct SmallImage {
 };
 
 // The correlation of what both images show where the second one has moved by this shift.
-double Correlation(const SmallImage& a, const SmallImage& b, int dx, int dy) {
+double CorrelationAtShift(const SmallImage& a, const SmallImage& b, int dx, int dy) {
   int64_t sum_a = 0, sum_b = 0, aa = 0, bb = 0, ab = 0;
   const int first_x = std::max(0, -dx), end_x = std::min(a.width, a.width - dx),
             first_y = std::max(0, -dy), end_y = std::min(a.height, a.height - dy);
@@ -62,11 +62,11 @@ Eigen::Vector2f ShiftOfImage(const GreyPyramid& last, const GreyPyramid& next) {
   const int level = last.levels() - 1;
   const SmallImage a(last.level(level)), b(next.level(level));
   const int most_x = static_cast<int>(kMost * a.width), most_y = static_cast<int>(kMost * a.height);
-  double best = Correlation(a, b, 0, 0);
+  double best = CorrelationAtShift(a, b, 0, 0);
   Eigen::Vector2f shift = Eigen::Vector2f::Zero();
   for (int dy = -most_y; dy <= most_y; ++dy)
     for (int dx = -most_x; dx <= most_x; ++dx)
-      if (const double correlation = Correlation(a, b, dx, dy); correlation > best) {
+      if (const double correlation = CorrelationAtShift(a, b, dx, dy); correlation > best) {
         best = correlation;
         shift = Eigen::Vector2f(static_cast<float>(dx), static_cast<float>(dy));
       }

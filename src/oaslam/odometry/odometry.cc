@@ -19,7 +19,7 @@ constexpr int kLevels = 5;  // of the pyramid: 16 px there are 256 of the image
 // and more, wrong ones of stills with large steps 4 to 14.
 constexpr int kLeastPoints = 30;
 // Where a smaller share fits, the motion is wrong: in 15 of 16 images of nine walks at 5 and 3 Hz.
-// In rooms, a drive, and fast turns of a hand at 30 Hz more do.
+// At 30 Hz a larger one fits, in rooms, in a drive, and in the fast turns of a hand.
 constexpr double kLeastShare = 0.6;
 // Where a smaller share of the points agrees with the pose, its search may have ended in a wrong
 // minimum. With .90 a walk at 5 Hz loses images that other starts would place.

@@ -33,9 +33,9 @@ struct OdometryOptions {
 enum class OdometryState {
   kPreliminary,  // by the motion that explains the images best so far
   kTracking,
-  kUncertain,  // too many points do not fit, as in blurred images: the pose may be off by degrees
-  kBlind,  // next to no point agrees on a pose, as without texture or at a cut: it is a guess, and
-           // to be given to nobody
+  kUncertain,  // many points do not fit, as in blurred images: the pose may be off by degrees
+  kBlind,  // too few points agree on a pose, or too small a share of them, as without texture or at
+           // a cut: it is a guess, and to be given to nobody
 };
 const char* ToString(OdometryState state);
 

@@ -14,8 +14,9 @@ void Odometry::EstimateBeginning(OdometryEstimate& estimate) {
   // A turn that is less certain would look like parallax.
   constexpr double kCertain = 0.2 * kDegree;
   const bool is_known = newest.turn && newest.turn->variance < kCertain * kCertain;
-  const Eigen::Matrix3d rotation = is_known ? newest.cam_from_odom.rotation.toRotationMatrix()
-                                            : RotationOfFlow(newest.cam_from_odom);
+  const Eigen::Matrix3d rotation =
+      is_known ? (newest.turn->second_from_first * last.cam_from_odom.rotation).toRotationMatrix()
+               : RotationOfFlow(newest.cam_from_odom);
   newest.cam_from_odom = Rigid3(rotation, -(rotation * last.cam_from_odom.OriginInSource()));
   estimate.inliers = estimate.tracked;
   const double time_s = newest.time_s;

@@ -75,8 +75,8 @@ Rigid3 Odometry::TurnedAsImage(const Rigid3& predicted) const {
 // Adds the sightings of the newest image; returns how many. Where many points are lost by
 // `predicted`, and the camera turned otherwise, `predicted` becomes that.
 int Odometry::Follow(Rigid3& predicted) {
-  constexpr double kManyLost = 0.3;    // share of the points
-  constexpr double kOtherwise = 0.05;  // of the width: twice the error of the shift
+  constexpr double kManyLost = 0.3;     // share of the points
+  constexpr double kOtherwise = 0.025;  // of the width: the error of the shift
   FollowedPoints followed = FollowFrom(predicted);
   if (followed.ShareLost() > kManyLost) {
     const Rigid3 turned = TurnedAsImage(predicted);

@@ -294,6 +294,7 @@ void Atlas::SetMapping(bool enabled) {
 void Atlas::SetMetresPerUnit(double metres, const std::optional<UnitByObjects>& by_objects) {
   EndGrowing();
   main().ScaleToMetres(metres, by_objects);
+  if (main().failure()) return;
   for (auto& [number, joining] : joinings_)
     if (joining.into == main_->number)
       joining.into_from_joined =

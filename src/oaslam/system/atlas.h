@@ -93,7 +93,7 @@ class Atlas {
   // none grows, or the camera is not followed in it.
   std::optional<std::pair<int, ImagePose>> PoseInGrowing() const;
   // The submaps that were joined with the main one, directly or not, by number: main_from_submap,
-  // as it was then.
+  // as it was when they were joined, in the present unit.
   std::map<int, Similarity> Joined() const;
   // All submaps but the main one, by descending number of keyframes, numbered so that no two share
   // an id. Waits for the mapping of the growing one.

@@ -19,14 +19,16 @@ namespace {
 // hardly any parallax.
 constexpr size_t kMinKeyframes = 5;
 
-void Say(int frame, const Submap& joined, const SubmapAlignment& alignment) {
-  const Map& map = joined.map;
+void SayJoined(int frame, const Submap& joined, const SubmapAlignment& alignment) {
+  std::vector<int> frames;
+  joined.map.keyframes.ForEach(
+      [&](KeyframeId, const Keyframe& keyframe) { frames.push_back(keyframe.frame_index); });
+  const auto [first, last] = std::ranges::minmax(frames);
   Log(LogLevel::kInfo,
       "frame {}: a submap of {} keyframes, frames {} to {}, was joined: {} images by points and {} "
       "by objects agree, {} do not; scale known to {:.1f} %",
-      frame, map.keyframes.size(), map.keyframes.At(map.keyframes.First()).frame_index,
-      map.keyframes.At(map.keyframes.Ids().back()).frame_index, alignment.by_points,
-      alignment.by_objects, alignment.contradicting, 100 * alignment.relative_sigma);
+      frame, frames.size(), first, last, alignment.by_points, alignment.by_objects,
+      alignment.contradicting, 100 * alignment.relative_sigma);
 }
 
 // Joins another submap with the map of a session; false where the camera would jump between them.
@@ -36,7 +38,7 @@ bool Join(const Submap& other, const SubmapAlignment& alignment, Session& sessio
                     other.trajectory, alignment.other_from_this) ||
       !session.Join(other.map, alignment.other_from_this))
     return false;
-  Say(session.tracker().newest_frame(), other, alignment);
+  SayJoined(session.tracker().newest_frame(), other, alignment);
   return true;
 }
 
@@ -156,7 +158,7 @@ bool Atlas::JoinWaiting(const AtlasSubmap& waiting, AtlasSubmap& into) {
   AdoptPoses(joining.trajectory, world_from_other->other_from_this.scale, trajectory);
   ++map.version;
   joinings_[waiting.number] = {into.number, world_from_other->other_from_this};
-  Say(main().tracker().newest_frame(), joining, *world_from_other);
+  SayJoined(main().tracker().newest_frame(), joining, *world_from_other);
   return true;
 }
 

@@ -162,14 +162,12 @@ oaslam_result ResultOf(const TrackingResult& r) {
     c.reserved.has_pose = 1;
     c.reserved.pose = PoseOf(*pose);
   }
-  constexpr size_t kMostElsewhere = std::size(oaslam_result().reserved.elsewhere_worlds);
-  // The newest ones: of older worlds hardly anybody still has content.
-  const size_t count = std::min(kMostElsewhere, r.elsewhere.size());
-  c.reserved.elsewhere_count = static_cast<int32_t>(count);
+  const size_t count = std::min(std::size(c.elsewhere), r.elsewhere.size());
+  c.elsewhere_count = static_cast<int32_t>(count);
   for (size_t i = 0; i < count; ++i) {
     const PoseElsewhere& there = r.elsewhere[r.elsewhere.size() - count + i];
-    c.reserved.elsewhere_worlds[i] = there.world.value;
-    c.reserved.elsewhere_poses[i] = PoseOf(there.world_from_cam);
+    c.elsewhere[i] = there.world.value;
+    c.reserved.elsewhere[i] = PoseOf(there.world_from_cam);
   }
   return c;
 }
@@ -291,14 +289,13 @@ oaslam_status oaslam_camera_lift(const oaslam_camera* camera, const double pixel
 
 int32_t oaslam_pose_in(const oaslam_result* result, uint32_t world, oaslam_pose* pose) {
   if (!result || !pose) return 0;
-  const auto& given = result->reserved;
   if (result->world == world) {
-    if (given.has_pose) *pose = given.pose;
-    return given.has_pose;
+    if (result->reserved.has_pose) *pose = result->reserved.pose;
+    return result->reserved.has_pose;
   }
-  for (int32_t i = 0; i < given.elsewhere_count; ++i)
-    if (given.elsewhere_worlds[i] == world) {
-      *pose = given.elsewhere_poses[i];
+  for (int32_t i = 0; i < result->elsewhere_count; ++i)
+    if (result->elsewhere[i] == world) {
+      *pose = result->reserved.elsewhere[i];
       return 1;
     }
   return 0;

@@ -99,21 +99,20 @@ WorldId Slam::Impl::WorldOf(int submap) const {
 
 std::vector<PoseElsewhere> Slam::Impl::PosesElsewhere(const TrackingResult& result) const {
   std::vector<PoseElsewhere> poses;
-  if (const auto growing = atlas_->PoseInGrowing()) {
-    const auto& [number, pose] = *growing;
-    poses.push_back({WorldOf(number), pose.cam_from_world->Inverse(), pose.covariance,
-                     pose.is_uncertain, pose.confidence});
-  }
   const std::optional<Rigid3> here = result.PoseIn(result.world);
-  if (!here) return poses;
   for (const auto& [number, main_from_joined] : atlas_->Joined()) {
     const auto world = worlds_.find(number);
-    if (world == worlds_.end()) continue;  // nobody was told of it
-    const Rigid3 cam_from_joined = (Similarity(here->Inverse()) * main_from_joined).AsPose();
-    PoseElsewhere& there = poses.emplace_back(PoseElsewhere{
-        world->second, *here, result.covariance, result.is_uncertain, result.confidence});
+    if (!here || world == worlds_.end()) continue;  // nobody was told of it
+    PoseElsewhere& there =
+        poses.emplace_back(PoseElsewhere{world->second, result.state, *here, result.covariance,
+                                         result.is_uncertain, result.confidence, result.depth});
     there.ScaleLengths(1 / main_from_joined.scale);
-    there.world_from_cam = cam_from_joined.Inverse();
+    there.world_from_cam = (Similarity(here->Inverse()) * main_from_joined).AsPose().Inverse();
+  }
+  if (const auto growing = atlas_->PoseInGrowing()) {
+    const auto& [number, pose] = *growing;
+    poses.push_back({WorldOf(number), pose.state, pose.cam_from_world->Inverse(), pose.covariance,
+                     pose.is_uncertain, pose.confidence, pose.depth});
   }
   return poses;
 }
@@ -141,6 +140,9 @@ void Slam::Impl::PostChange() {
   const Tracker& tracker = session().tracker();
   std::optional<Rigid3> cam_from_world;
   if (newest_.frame >= 0) cam_from_world = tracker.PoseOf(index, *session().snapshot());
+  const auto there = std::ranges::find(newest_.elsewhere, now, &PoseElsewhere::world);
+  if (now != newest_.world && there != newest_.elsewhere.end())
+    newest_.GoTo(*there);  // the submap that grew has become the main one
   if (cam_from_world) {
     if (!newest_.HasPose()) {
       const bool is_tracked = tracker.HasTracked(index);
@@ -281,6 +283,7 @@ std::optional<int> Slam::Impl::AddDetections(int frame, const std::vector<Detect
     newest_.detections = static_cast<int>(detections.size());
     newest_.objects = step->pose.objects;
     if (!newest_.HasPose()) TakePose(step->pose, newest_);
+    newest_.elsewhere = PosesElsewhere(newest_);
     Post();
   }
   return step->pose.objects;

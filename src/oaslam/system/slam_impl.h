@@ -81,7 +81,7 @@ class OASLAM_LOCAL Slam::Impl {
   std::shared_ptr<SlamStates::Board> states_ = std::make_shared<SlamStates::Board>();
   mutable SnapshotSeries snapshots_;
   TrackingResult newest_;                  // as posted last
-  mutable std::map<int, WorldId> worlds_;  // of submaps that poses were given in, by number
+  mutable std::map<int, WorldId> worlds_;  // of the submaps that were told of, by number
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
   bool is_mapping_ = true;
   // Whether a call has thrown the MappingError already.

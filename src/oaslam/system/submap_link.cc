@@ -106,7 +106,11 @@ std::optional<SubmapAlignment> SubmapLink::Align(const Map& map,
                               : alignment.by_objects);
   }
   alignment.relative_sigma = std::hypot(fit.relative_sigma, kCommonSigma);
-  const bool agree = alignment.ShareAgreeing() >= kMinShare && weight >= kMinWeight;
+  // Where a third one contradicts, two may be the ones that are wrong.
+  constexpr int kWithContradiction = 3;
+  const bool is_doubtful = alignment.contradicting > 0 &&
+                           alignment.by_points + alignment.by_objects < kWithContradiction;
+  const bool agree = alignment.ShareAgreeing() >= kMinShare && weight >= kMinWeight && !is_doubtful;
   return agree && alignment.relative_sigma < kMaxScaleSigma ? std::optional(alignment)
                                                             : std::nullopt;
 }

@@ -55,6 +55,20 @@ TEST_F(SubmapLinkTest, TwoKeyframesTellTheScaleByPointsThatBothSubmapsHave) {
   EXPECT_EQ(alignment->by_points, 2);
 }
 
+TEST_F(SubmapLinkTest, TwoKeyframesAreNotEnoughWhereAThirdContradicts) {
+  Relocalization wrong = FoundInOther(KeyframeId(3));
+  wrong.cam_from_world.translation += Eigen::Vector3d(4, 0, 2);
+  for (const uint32_t right : {2U, 3U}) {
+    SubmapLink link = LinkBy(right);
+    link.AddKeyframe(map_.keyframes.At(KeyframeId(3)).frame_index, wrong, other_, true);
+    const auto alignment = link.Align(map_, Trajectory());
+    EXPECT_EQ(alignment.has_value(), right == 3);
+    if (alignment) {
+      EXPECT_EQ(alignment->contradicting, 1);
+    }
+  }
+}
+
 TEST_F(SubmapLinkTest, LongAfterTheCameraWasThereTwoKeyframesAreNotEnough) {
   EXPECT_FALSE(LinkBy(2, false).Align(map_, Trajectory()));
   EXPECT_TRUE(LinkBy(4, false).Align(map_, Trajectory()));

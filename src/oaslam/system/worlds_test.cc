@@ -51,7 +51,7 @@ class WorldsTest : public testing::Test {
     input.motion.emplace();
     input.motion->run = walk;
     input.motion->image = images_++;
-    input.motion->odom_from_cam = CamFromWorld(0) * CamFromWorld(place).Inverse();
+    input.motion->odom_from_cam = CamFromWorld(40 * walk) * CamFromWorld(place).Inverse();
     input.motion->odom_from_cam.translation /= unit;
     input.motion->is_keyframe = images_ % 5 == 0;
     for (const Eigen::Vector3d& point : world.points) {
