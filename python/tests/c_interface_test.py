@@ -33,12 +33,15 @@ class Image(ctypes.Structure):
                 ("detection_count", ctypes.c_size_t), ("gravity_in_cam", ctypes.POINTER(ctypes.c_double))]
 
 
+class PosesOfResult(ctypes.Structure):
+    _fields_ = [("has_pose", ctypes.c_int32), ("pose", Pose), ("elsewhere", Pose * 8)]
+
+
 class Result(ctypes.Structure):
     _fields_ = [("frame", ctypes.c_int32), ("timestamp", ctypes.c_double), ("state", ctypes.c_int), ("source", ctypes.c_int), ("world", ctypes.c_uint32),
                 ("is_uncertain", ctypes.c_int32), ("confidence", ctypes.c_double), ("seconds_without_map", ctypes.c_double), ("depth", ctypes.c_double),
                 ("covariance", ctypes.c_double * 36), ("matched", ctypes.c_int32), ("inliers", ctypes.c_int32), ("detections", ctypes.c_int32),
-                ("objects", ctypes.c_int32), ("elsewhere_count", ctypes.c_int32), ("elsewhere", ctypes.c_uint32 * 8), ("has_pose", ctypes.c_int32),
-                ("pose", Pose), ("poses_elsewhere", Pose * 8)]
+                ("objects", ctypes.c_int32), ("elsewhere_count", ctypes.c_int32), ("elsewhere", ctypes.c_uint32 * 8), ("reserved", PosesOfResult)]
 
 
 class AnchorRequest(ctypes.Structure):
