@@ -105,11 +105,10 @@ void Odometry::SetMask(const ImageMask& mask) {
 
 void Odometry::ProcessNext(double time_s, OdometryEstimate& estimate) {
   const std::optional<Turn> turn = gyroscope_.Between(window_.newest().time_s, time_s);
-  Rigid3 predicted = Predict(time_s, turn);
-  window_.images.push_back({window_.newest().id + 1, time_s, predicted});
+  window_.images.push_back({window_.newest().id + 1, time_s, Predict(time_s, turn)});
   window_.newest().turn = turn;
-  estimate.tracked = Follow(predicted);
-  window_.newest().cam_from_odom = predicted;
+  estimate.tracked = Follow();
+  const Rigid3 predicted = window_.newest().cam_from_odom;
   if (estimate.tracked < kLeastPoints) {
     estimate.state = OdometryState::kBlind;
     return;

@@ -118,7 +118,7 @@ class Odometry {
   const KeptKeyframe* EarliestView(const WindowPoint& point) const;
   FollowedPoints FollowFrom(const Rigid3& predicted) const;
   Rigid3 TurnedAsImage(const Rigid3& predicted) const;
-  int Follow(Rigid3& predicted);
+  int Follow();
   Eigen::Matrix2f StretchSince(int image, const WindowPoint& point) const;
   int FitPatches();
   Eigen::Matrix3d RotationOfFlow(const Rigid3& predicted) const;

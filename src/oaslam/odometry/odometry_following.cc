@@ -72,11 +72,12 @@ Rigid3 Odometry::TurnedAsImage(const Rigid3& predicted) const {
   return Rigid3(Rigid3::Rotation(rotation), rotation * -predicted.OriginInSource());
 }
 
-// Adds the sightings of the newest image; returns how many. Where many points are lost by
-// `predicted`, and the camera turned otherwise, `predicted` becomes that.
-int Odometry::Follow(Rigid3& predicted) {
+// Adds the sightings of the newest image, whose pose is the predicted one; returns how many. Where
+// many points are lost, and the camera turned otherwise, its pose becomes that.
+int Odometry::Follow() {
   constexpr double kManyLost = 0.3;     // share of the points
   constexpr double kOtherwise = 0.025;  // of the width: the error of the shift
+  Rigid3& predicted = window_.newest().cam_from_odom;
   FollowedPoints followed = FollowFrom(predicted);
   if (followed.ShareLost() > kManyLost) {
     const Rigid3 turned = TurnedAsImage(predicted);
