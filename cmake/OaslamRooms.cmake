@@ -55,7 +55,7 @@ set(oaslam_common_headers <Eigen/Dense> <fmt/format.h> <algorithm> <array> <cmat
 # the programs alone.
 function(oaslam_room name)
   cmake_parse_arguments(ROOM "" "FOR" "LINK;PRIVATE_LINK" ${ARGN})
-  set(dir ${PROJECT_SOURCE_DIR}/src/oaslam/${name})
+  set(dir ${CMAKE_CURRENT_SOURCE_DIR}/oaslam/${name})
   if(NOT ROOM_FOR STREQUAL "programs")
     set_property(GLOBAL APPEND PROPERTY OASLAM_ROOM_TARGETS_${ROOM_FOR} oaslam_${name})
   endif()
@@ -72,7 +72,7 @@ function(oaslam_room name)
   set_target_properties(oaslam_${name} PROPERTIES LINKER_LANGUAGE CXX EXPORT_NAME room_${name}
     CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
   target_include_directories(oaslam_${name} PUBLIC
-    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
+    $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}> $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_compile_features(oaslam_${name} PUBLIC cxx_std_20)
   if(NOT BUILD_SHARED_LIBS)
@@ -139,4 +139,34 @@ function(oaslam_sanitized_below name out)
     list(APPEND left ${links})
   endwhile()
   set(${out} ${found} PARENT_SCOPE)
+endfunction()
+
+# The libraries, each with the version script of core. The programs and the tests link the rooms themselves.
+# oaslam_library(TARGET ROOMS room... [OBJECTS object...] [LINK target...])
+function(oaslam_library name)
+  cmake_parse_arguments(LIBRARY "" "" "ROOMS;OBJECTS;LINK" ${ARGN})
+  if(NOT BUILD_SHARED_LIBS)
+    add_library(${name} INTERFACE)
+    target_link_libraries(${name} INTERFACE ${LIBRARY_LINK} ${LIBRARY_ROOMS})
+    return()
+  endif()
+  add_library(${name} SHARED ${LIBRARY_OBJECTS})
+  set(script ${OASLAM_ROOT}/core/liboaslam.map)
+  set_target_properties(${name} PROPERTIES LINKER_LANGUAGE CXX VERSION ${OASLAM_VERSION} SOVERSION 0 LINK_DEPENDS ${script})
+  target_include_directories(${name} PUBLIC
+    $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_compile_features(${name} PUBLIC cxx_std_20)
+  target_link_libraries(${name} PUBLIC ${LIBRARY_LINK} PRIVATE ${LIBRARY_ROOMS})
+  target_link_options(${name} PRIVATE -Wl,--version-script=${script} -Wl,--as-needed)
+  if(NOT OASLAM_SANITIZE)
+    target_link_options(${name} PRIVATE -Wl,--no-undefined)
+  endif()
+endfunction()
+
+# oaslam_compiled_alone(ROOM/FILE...): files of this part, without their endings, that are not compiled together with others: a name
+# that is theirs stands in another file of the room or in its headers, too; or they are compiled once for each instruction set; or
+# a library takes them without the rest of the room, or the rest without them (e2e.symbols).
+function(oaslam_compiled_alone)
+  list(TRANSFORM ARGN REPLACE "(.+)" "oaslam/\\1.cc")
+  set_source_files_properties(${ARGN} DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()

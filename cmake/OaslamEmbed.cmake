@@ -4,7 +4,7 @@ function(oaslam_embed target name header file)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
   file(READ ${file} bytes HEX)
   string(REGEX REPLACE "(..)" "0x\\1," bytes "${bytes}")
-  set(source ${PROJECT_BINARY_DIR}/generated/${name}.cc)
+  set(source ${CMAKE_BINARY_DIR}/generated/${name}.cc)
   file(CONFIGURE OUTPUT ${source} CONTENT [=[
 #include "@header@"
 
@@ -25,8 +25,8 @@ endfunction()
 # oaslam_embed_page(TARGET NAME HEADER FILE): the same, compressed by gzip.
 function(oaslam_embed_page target name header file)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
-  set(gzipped ${PROJECT_BINARY_DIR}/generated/${name}.gz)
-  file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/generated)
+  set(gzipped ${CMAKE_BINARY_DIR}/generated/${name}.gz)
+  file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/generated)
   # Without the name and time of the file, so that the same document is the same bytes.
   execute_process(COMMAND gzip -9nc ${file} OUTPUT_FILE ${gzipped} COMMAND_ERROR_IS_FATAL ANY)
   oaslam_embed(${target} ${name} ${header} ${gzipped})
