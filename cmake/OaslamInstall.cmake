@@ -17,9 +17,9 @@ function(oaslam_install_library target export library development rooms_of)
 endfunction()
 oaslam_install_library(oaslam oaslam library development "")
 oaslam_install_library(oaslam_viewer_library oaslamViewer viewer viewer_development viewer)
-set(viewer_header ${PROJECT_SOURCE_DIR}/include/oaslam/map_viewer.h)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development
-  FILES_MATCHING PATTERN "*.h" PATTERN map_viewer.h EXCLUDE)
+set(viewer_header ${PROJECT_SOURCE_DIR}/viewer/include/oaslam/map_viewer.h)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/core/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development
+  FILES_MATCHING PATTERN "*.h")
 install(FILES ${viewer_header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/oaslam COMPONENT viewer_development)
 
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/oaslamConfig.cmake.in ${PROJECT_BINARY_DIR}/oaslamConfig.cmake

@@ -170,3 +170,17 @@ function(oaslam_compiled_alone)
   list(TRANSFORM ARGN REPLACE "(.+)" "oaslam/\\1.cc")
   set_source_files_properties(${ARGN} DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
+
+# oaslam_program_library(TARGET): how the files of a program are compiled.
+function(oaslam_program_library target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 18)
+  target_compile_options(${target} PRIVATE -O1)
+  oaslam_precompile(${target} program ${oaslam_common_headers} <CLI/CLI.hpp> <spdlog/spdlog.h>)
+endfunction()
+
+# oaslam_program(TARGET NAME file...): the program NAME in the build folder.
+function(oaslam_program target name)
+  add_executable(${target} ${ARGN})
+  set_target_properties(${target} PROPERTIES OUTPUT_NAME ${name} RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})
+  target_compile_options(${target} PRIVATE -O1)
+endfunction()

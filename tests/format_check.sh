@@ -6,7 +6,7 @@ cd "$(dirname "$0")/.."
 
 for candidate in clang-format-14 clang-format; do
   [[ "$($candidate --version 2>/dev/null)" == *"version 14."* ]] || continue
-  find apps benchmarks examples include python src tests wasm -name node_modules -prune -o \( -name '*.cc' -o -name '*.h' \) -print0 |
+  find benchmarks bindings command core examples server tests viewer -name node_modules -prune -o \( -name '*.cc' -o -name '*.h' \) -print0 |
     xargs -0 "$candidate" --dry-run --Werror
   exit
 done

@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""Writes docs/configuration.md from include/oaslam/config.h (defaults, reasons, bounds): tools/configuration_md.py [--check]"""
+"""Writes docs/configuration.md from core/include/oaslam/config.h (defaults, reasons, bounds): tools/configuration_md.py [--check]"""
 import os
 import re
 import sys
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
-HEADER = os.path.join(ROOT, "include", "oaslam", "config.h")
+HEADER = os.path.join(ROOT, "core", "include", "oaslam", "config.h")
 PAGE = os.path.join(ROOT, "docs", "configuration.md")
 
 INTRO = """# Configuration
 
-Written by `tools/configuration_md.py` from `include/oaslam/config.h`; do not edit.
+Written by `tools/configuration_md.py` from `core/include/oaslam/config.h`; do not edit.
 
 A configuration file is YAML, sections of keys (`--config FILE`); `--set section.key=value` sets one
 key for one run and wins over the file. An unknown key is an error that names the nearest known one.
@@ -66,6 +66,6 @@ if __name__ == "__main__":
     wanted = page()
     if sys.argv[1:] == ["--check"]:
         if not os.path.exists(PAGE) or open(PAGE).read() != wanted:
-            sys.exit("docs/configuration.md is not what include/oaslam/config.h says: run tools/configuration_md.py")
+            sys.exit("docs/configuration.md is not what core/include/oaslam/config.h says: run tools/configuration_md.py")
     else:
         open(PAGE, "w").write(wanted)

@@ -13,7 +13,6 @@
 #include <utility>
 
 #include "oaslam/config_file.h"
-#include "oaslam/content/model_library.h"
 #include "oaslam/formats/time_unit.h"
 #include "oaslam/images/dataset.h"
 #include "oaslam/util/bad_input.h"
@@ -277,20 +276,6 @@ void ProgressBar::Finish() {
   } else if (done_ > printed_) {
     PutOnStderr(Line(state_, seconds) + "\n");
   }
-}
-
-CLI::Option* AddModelOption(CLI::App& app, std::vector<std::string>& files) {
-  return AddRepeatable(
-             app, "--model", files,
-             "a model of virtual content (.glb, .gltf), named as its file; may be repeated")
-      ->type_name("FILE");
-}
-
-std::shared_ptr<const ModelLibrary> LoadModels(const std::vector<std::string>& files,
-                                               bool with_meshes) {
-  const auto models = std::make_shared<ModelLibrary>(files);
-  if (with_meshes) models->LoadMeshes();
-  return models;
 }
 
 }  // namespace oaslam::apps

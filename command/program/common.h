@@ -16,10 +16,6 @@
 #include "oaslam/image_source.h"
 #include "signals.h"
 
-namespace oaslam {
-class ModelLibrary;
-}
-
 namespace oaslam::apps {
 
 // Options that several commands share.
@@ -113,13 +109,5 @@ class ProgressBar {
   std::string state_;
   std::chrono::steady_clock::time_point start_;
 };
-
-// --model, may be repeated. Returns the option.
-CLI::Option* AddModelOption(CLI::App& app, std::vector<std::string>& files);
-
-// The built-in models of virtual content and those of files; `with_meshes`: load their meshes, for
-// drawing by the program itself. Throws InputError.
-std::shared_ptr<const ModelLibrary> LoadModels(const std::vector<std::string>& files,
-                                               bool with_meshes);
 
 }  // namespace oaslam::apps

@@ -3,7 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include "oaslam/detection/model_folders.h"
-#include "server_program.h"
+#include "other_programs.h"
 
 namespace oaslam::apps {
 

@@ -40,7 +40,6 @@ struct LocalizeOptions {
   DetectorSettings detector;
   SideFiles side;
   RecordingSettings recording;
-  std::vector<std::string> models;
   std::string map, images, camera, out, relocalization = "points+objects", mask;
   bool every_frame = false;
   int forget_every = 0;  // images; 0: never
@@ -271,8 +270,7 @@ std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const cv::Ma
 void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
                     LocalizeResults& results) {
   const bool is_auto = IsAutoCamera(options.camera);
-  Recording recording(options.recording,
-                      LoadModels(options.models, options.recording.IsAskedFor()));
+  Recording recording(options.recording);
   SideInputs side = SideInputsOf(options);
   const cv::Mat mask = MaskFor(options.mask, options.camera, options.images, options.common);
   FrameInputs::Sources sources =
@@ -434,8 +432,7 @@ void AddLocalizeCommand(CLI::App& app) {
                       "direction of gravity in the camera's frame: \"timestamp gx gy gz\" a line");
   AddMaskOption(*command, options->mask);
   AddImuOption(*command, options->side)->excludes(every_frame);
-  auto* record = AddRecordingOptions(*command, options->recording);
-  AddModelOption(*command, options->models)->needs(record);
+  AddRecordingOptions(*command, options->recording);
   AddCommonOptions(*command, options->common);
   AddImageOptions(*command, options->common);
   AddFollowOption(*command, options->common);

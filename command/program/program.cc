@@ -16,7 +16,6 @@
 #include "oaslam/formats/text.h"
 #include "oaslam/images/video_container.h"
 #include "oaslam/util/log.h"
-#include "server_options.h"
 #include "signals.h"
 
 namespace oaslam::apps {
@@ -46,10 +45,11 @@ int CheckStdout(int code) {
   return code != 0 ? code : 1;
 }
 
-// The arguments of the command, in reverse order as CLI11 wants them, with the values of --viewer
-// and --follow filled in. Their value is a number and may be left out, but CLI11 would take the
-// next argument for it, such as the images in `oaslam run --viewer walk.mp4`.
-std::vector<std::string> WithOptionalValues(int argc, const char* const* argv) {
+// The arguments of the command, in reverse order as CLI11 wants them, with the numbers filled in
+// that were left out. CLI11 would take the next argument for one, such as the images in
+// `oaslam run --viewer walk.mp4`.
+std::vector<std::string> WithOptionalNumbers(int argc, const char* const* argv,
+                                             const std::vector<OptionalNumber>& numbers) {
   std::vector<std::string> arguments;
   for (int i = 1; i < argc; ++i) {
     std::string argument = argv[i];
@@ -57,10 +57,10 @@ std::vector<std::string> WithOptionalValues(int argc, const char* const* argv) {
       arguments.insert(arguments.end(), argv + i, argv + argc);
       break;
     }
-    if (argument == "--viewer" || argument == "--follow") {
+    const auto number = std::ranges::find(numbers, argument, &OptionalNumber::option);
+    if (number != numbers.end()) {
       const bool has_value = i + 1 < argc && ParseNumber(argv[i + 1]);
-      const std::string if_left_out = argument == "--viewer" ? std::to_string(kViewerPort) : "0";
-      argument += "=" + (has_value ? argv[++i] : if_left_out);
+      argument += "=" + (has_value ? argv[++i] : number->if_left_out);
     }
     arguments.push_back(std::move(argument));
   }
@@ -68,7 +68,8 @@ std::vector<std::string> WithOptionalValues(int argc, const char* const* argv) {
   return arguments;
 }
 
-int Parse(CLI::App& app, const char* overview, int argc, char** argv) {
+int Parse(CLI::App& app, const char* overview, int argc, char** argv,
+          const std::vector<OptionalNumber>& numbers) {
   app.name("oaslam");
   app.set_version_flag("--version",
                        fmt::format("oaslam {}\nDetectors are run by {}.", OASLAM_VERSION,
@@ -81,7 +82,7 @@ int Parse(CLI::App& app, const char* overview, int argc, char** argv) {
     return 1;
   }
   try {
-    app.parse(WithOptionalValues(argc, argv));
+    app.parse(WithOptionalNumbers(argc, argv, numbers));
   } catch (const CLI::ParseError& error) {
     const int code = app.exit(error);
     if (const std::string meant = DidYouMean(app); code != 0 && !meant.empty())
@@ -100,10 +101,11 @@ int Parse(CLI::App& app, const char* overview, int argc, char** argv) {
 
 }  // namespace
 
-int RunProgram(CLI::App& app, const char* overview, int argc, char** argv) {
+int RunProgram(CLI::App& app, const char* overview, int argc, char** argv,
+               const std::vector<OptionalNumber>& numbers) {
   InstallLogger();
   EndOnSignals();
-  return CheckStdout(Parse(app, overview, argc, argv));
+  return CheckStdout(Parse(app, overview, argc, argv, numbers));
 }
 
 }  // namespace oaslam::apps

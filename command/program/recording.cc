@@ -18,12 +18,11 @@ std::optional<Rigid3> InverseOf(const std::optional<Rigid3>& pose) {
 CLI::Option* AddRecordingOptions(CLI::App& app, RecordingSettings& settings) {
   return app
       .add_option("--record", settings.path,
-                  "video (.mp4) of the images with virtual content and objects drawn into them")
+                  "video (.mp4) of the images with objects, anchors and the path drawn into them")
       ->type_name("FILE");
 }
 
-Recording::Recording(const RecordingSettings& settings, std::shared_ptr<const ModelLibrary> models)
-    : models_(std::move(models)) {
+Recording::Recording(const RecordingSettings& settings) {
   if (settings.IsAskedFor()) video_.emplace(settings.path);
 }
 
@@ -39,7 +38,7 @@ void Recording::Add(const FrameInput& frame, ArFrame shown) {
   const cv::Mat image = InColor(frame.input.image, frame.path, frame.orientation);
   cv::Mat picture = pictures_.Make(camera_, image);
   shown.camera = Scaled(camera_, picture.cols, picture.rows);
-  DrawArPicture(shown, *models_, names_, picture);
+  DrawArPicture(shown, names_, picture);
   video_->Add(picture, frame.input.timestamp);
 }
 

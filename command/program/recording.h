@@ -2,13 +2,11 @@
 
 #include <CLI/CLI.hpp>
 #include <exception>
-#include <memory>
 #include <optional>
 #include <string>
 
 #include "frame_inputs.h"
-#include "oaslam/content/ar_picture.h"
-#include "oaslam/content/model_library.h"
+#include "oaslam/exports/ar_picture.h"
 #include "oaslam/exports/ideal_picture.h"
 #include "oaslam/images/video_file.h"
 #include "oaslam/slam.h"
@@ -24,13 +22,12 @@ struct RecordingSettings {
 // Returns --record.
 CLI::Option* AddRecordingOptions(CLI::App& app, RecordingSettings& settings);
 
-// Records the video of a run: each image without distortion, with the content of the map's anchors
-// in it (docs/recording.md). Without a path all functions do nothing.
+// Records the video of a run: each image without distortion, with objects, anchors and the path drawn
+// into it (docs/recording.md). Without a path all functions do nothing.
 class Recording {
  public:
-  // `models` must have their meshes loaded. Throws InputError where the video's
-  // file cannot be written.
-  Recording(const RecordingSettings& settings, std::shared_ptr<const ModelLibrary> models);
+  // Throws InputError where the video's file cannot be written.
+  explicit Recording(const RecordingSettings& settings);
   // To be called before the first image.
   void Begin(const Slam& slam, const Camera& camera);
 
@@ -47,7 +44,6 @@ class Recording {
   // Of the longer side, pixels; a larger video takes long to encode.
   static constexpr int kMaxSide = 1920;
 
-  std::shared_ptr<const ModelLibrary> models_;
   Camera camera_;
   IdealPictureMaker pictures_{kMaxSide};
   ClassNames names_;

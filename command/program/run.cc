@@ -17,7 +17,6 @@
 #include "dataset_choice.h"
 #include "failures.h"
 #include "frame_inputs.h"
-#include "live_view.h"
 #include "mask_choice.h"
 #include "metric_scale.h"
 #include "oaslam/bundle/rolling_shutter.h"
@@ -29,6 +28,7 @@
 #include "recording.h"
 #include "recording_choice.h"
 #include "run_results.h"
+#include "run_view.h"
 
 namespace oaslam::apps {
 namespace {
@@ -39,9 +39,8 @@ struct RunOptions {
   DetectorSettings detector;
   SideFiles side;
   ScaleSettings scale;
-  ViewerSettings viewer;
+  std::shared_ptr<RunView> view;
   RecordingSettings recording;
-  std::vector<std::string> models;
   CameraSettings camera;
   std::string images, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth,
                                                   mask;
@@ -218,8 +217,6 @@ void SayUnit(const Map& map, const std::string& why_arbitrary) {
 void Run(const RunOptions& given) {
   RunOptions options = Complete(given);
   const SlamConfig config = Configure(options);
-  if (!options.models.empty() && !options.viewer.port && !options.recording.IsAskedFor())
-    throw InputError("run: --model needs --viewer or --record");
   const bool is_live = config.runner.mode == RunnerMode::kLive;
   if (is_live) spdlog::info("live: images that come too late are dropped");
   std::vector<StampedPose> groundtruth;
@@ -231,18 +228,17 @@ void Run(const RunOptions& given) {
   const bool has_names = side.detector != nullptr || !side.categories.empty();
   const Classes classes = ClassesFor(options.common, side.detector.get(), side.categories);
   const MetricScale scale(options.scale, classes.names, groundtruth);
-  const auto models = LoadModels(options.models, options.recording.IsAskedFor());
-  CheckAddress(options.viewer);
+  options.view->Check();
   const OutputFolder folder(options.out);
   const OutputFolder map_folder = options.map_out.empty()
                                       ? OutputFolder(options.out)
                                       : FolderOfMapFile(options.map_out, "--map-out");
-  Recording recording(options.recording, models);
+  Recording recording(options.recording);
   const cv::Mat mask = MaskFor(options.mask, options.camera.camera, options.images, options.common);
   const std::optional<CameraEstimate> first_estimate = EstimateFor(options, config, mask);
   FrameInputs inputs(
       {options.images, options.camera.camera, options.detector, is_live,
-       options.viewer.port || options.recording.IsAskedFor(), !options.map_in.empty(),
+       options.view->IsAskedFor() || options.recording.IsAskedFor(), !options.map_in.empty(),
        first_estimate ? std::optional(first_estimate->camera) : std::nullopt},
       std::move(side), options.common);
 
@@ -267,8 +263,8 @@ void Run(const RunOptions& given) {
   set_classes(!options.map_in.empty());
   RunResults results(options.out, config);
   if (options.plain.IsUsed()) results.SetImages(PathToFindAgain(options));
-  LiveView view(options.viewer, WithoutPassword(options.images), slam, groundtruth, models,
-                options.common.quiet);
+  RunView& view = *options.view;
+  view.Begin(WithoutPassword(options.images), slam, groundtruth, options.common.quiet);
   recording.Begin(slam, inputs.camera());
   ProgressBar progress(inputs.size(), options.common.quiet);
   LivePace pace;
@@ -372,10 +368,11 @@ void Run(const RunOptions& given) {
 
 }  // namespace
 
-void AddRunCommand(CLI::App& app) {
+void AddRunCommand(CLI::App& app, std::shared_ptr<RunView> view) {
   auto* command =
       app.add_subcommand("run", "SLAM on images: trajectory, map of points and objects");
   const auto options = std::make_shared<RunOptions>();
+  options->view = std::move(view);
   auto* images = command->add_option(
       "--images", options->images,
       "folder of a dataset or of images, list file, video, or camera (webcam:0, rtsp://...)");
@@ -405,9 +402,8 @@ void AddRunCommand(CLI::App& app) {
       "gravity in the camera's frame, for the map's vertical: \"timestamp gx gy gz\" a line");
   AddImuOption(*command, options->side);
   AddScaleOptions(*command, options->scale);
-  AddViewerOptions(*command, options->viewer);
+  options->view->AddOptions(*command);
   AddRecordingOptions(*command, options->recording);
-  AddModelOption(*command, options->models);
   command->add_option("--seed", options->seed, "of the random numbers");
   AddCommonOptions(*command, options->common);
   AddImageOptions(*command, options->common);

@@ -1,6 +1,6 @@
 #include <CLI/CLI.hpp>
 
-#include "commands.h"
+#include "server_commands.h"
 #include "program.h"
 
 namespace {

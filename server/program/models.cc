@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "commands.h"
+#include "server_commands.h"
 #include "default_detector.h"
 #include "oaslam/crypto/sha256.h"
 #include "oaslam/detection/model_folders.h"

@@ -9,7 +9,7 @@
 #include <opencv2/core/utility.hpp>
 #include <thread>
 
-#include "commands.h"
+#include "server_commands.h"
 #include "common.h"
 #include "default_detector.h"
 #include "detector_options.h"
@@ -40,7 +40,7 @@ ServiceOptions ServiceOf(const ServeOptions& options) {
   service.classes = ClassesFor(options.common, detector.get());
   if (detector)
     service.make_detector = [settings = options.detector] { return LoadDetector(settings); };
-  service.models = LoadModels(options.models, false);
+  service.models = std::make_shared<const ModelLibrary>(options.models);
   service.keep_images = options.keep_images;
   if (!options.keep_images.empty()) {
     std::error_code error;

@@ -1,4 +1,4 @@
-"""The Python client, clients/python, and its command, against servers with the map of the sample."""
+"""The Python client, server/clients/python, and its command, against servers with the map of the sample."""
 import contextlib
 import hashlib
 import json

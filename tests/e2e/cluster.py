@@ -1,4 +1,4 @@
-"""A service of several servers, for tests: PostgreSQL, HAProxy with deploy/haproxy.cfg, `oaslam serve`, and clients that localize
+"""A service of several servers, for tests: PostgreSQL, HAProxy with server/deploy/haproxy.cfg, `oaslam serve`, and clients that localize
 images all the time."""
 import glob
 import http.client
@@ -122,7 +122,7 @@ class Server:
 
 
 class Haproxy:
-    """HAProxy as deploy/haproxy.cfg has it, but with these ports, and a certificate of its own."""
+    """HAProxy as server/deploy/haproxy.cfg has it, but with these ports, and a certificate of its own."""
     def __init__(self, folder, servers):
         self.port = free_port()
         self.certificate, key, both = (os.path.join(folder, name) for name in ("certificate.pem", "key.pem", "oaslam.pem"))
@@ -130,7 +130,7 @@ class Haproxy:
                         "subjectAltName=DNS:localhost,IP:127.0.0.1", "-keyout", key, "-out", self.certificate], check=True, capture_output=True)
         with open(both, "wb") as f:
             f.write(harness.read_bytes(key) + harness.read_bytes(self.certificate))
-        text = harness.read_bytes(os.path.join(SOURCE, "deploy", "haproxy.cfg")).decode()
+        text = harness.read_bytes(os.path.join(SOURCE, "server", "deploy", "haproxy.cfg")).decode()
         for old, new in ((":443 ", f"127.0.0.1:{self.port} "), ("/etc/haproxy/oaslam.pem", both), ("127.0.0.1:8801", f"127.0.0.1:{servers[0].port}"),
                          ("127.0.0.1:8802", f"127.0.0.1:{servers[1].port}"), ("/dev/log", "stderr format raw")):
             assert text.count(old) == 1, old

@@ -1,4 +1,4 @@
-"""The files of deploy/: the systemd unit is right and its command works as it stands, HAProxy takes its configuration."""
+"""The files of server/deploy/: the systemd unit is right and its command works as it stands, HAProxy takes its configuration."""
 import os
 import shlex
 import shutil
@@ -9,7 +9,7 @@ import cluster
 import harness
 import pytest
 
-DEPLOY = os.path.join(harness.SAMPLE, "..", "..", "deploy")
+DEPLOY = os.path.join(harness.SAMPLE, "..", "..", "server", "deploy")
 
 
 def unit():

@@ -1,4 +1,4 @@
-"""The commands and programs of docs/service.md and clients/python/README.md work as they are printed, but for the port."""
+"""The commands and programs of docs/service.md and server/clients/python/README.md work as they are printed, but for the port."""
 import json
 import os
 import re
@@ -120,14 +120,14 @@ class TestPages(harness.InFolder):
         assert re.search(r"^\{'position': \[", done.stdout)
 
     def test_the_page_of_the_client(self):
-        program, = blocks("clients/python/README.md", "python")
+        program, = blocks("server/clients/python/README.md", "python")
         program = program.replace("https://slam.example", f"http://localhost:{self.port}")
         done = self.run_python('images = 5 * ["photo.jpg"]\n' + program)
         assert (done.returncode, done.stderr) == (0, "")
         first, *states = done.stdout.splitlines()
         assert re.search(r"^\{'position': \[", first)
         assert re.search(r"^(tracking|relocalized) \{'flag.*': \{'name': 'flag", states[-1])
-        lines = [command for command in commands("clients/python/README.md") if command.startswith("python3 ")]
+        lines = [command for command in commands("server/clients/python/README.md") if command.startswith("python3 ")]
         assert len(lines) == 3
         for line, answer in zip(lines, (r"^photo.jpg: ", r"^desk \d+ bytes", "^usage: ")):
             done = self.run_line(line)

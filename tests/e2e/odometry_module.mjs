@@ -8,7 +8,7 @@ import { pathToFileURL } from "node:url";
 const [, , module, cameraText, samplesFile, folder] = process.argv;
 const { Odometry } = await import(pathToFileURL(module).href);
 const camera = JSON.parse(cameraText);
-const DOUBLES = 43, INTEGERS = 8; // of OaslamEstimate (wasm/odometry_js.h)
+const DOUBLES = 43, INTEGERS = 8; // of OaslamEstimate (bindings/wasm/odometry_js.h)
 
 const bytesOf = (path) => new Uint8Array(readFileSync(path)); // a copy of its own, which is aligned
 const doublesOf = (path) => new Float64Array(bytesOf(path).buffer);

@@ -23,7 +23,7 @@ class TestComponents(harness.InFolder):
     @classmethod
     def prepare(cls):
         cls.cache = cache()
-        names = ["library", "development", "viewer", "viewer_development", "command", "server"] + (["python"] if cls.cache["OASLAM_BUILD_PYTHON"] == "ON" else [])
+        names = ["library", "development", "viewer", "viewer_development", "command", "viewer_command", "server"] + (["python"] if cls.cache["OASLAM_BUILD_PYTHON"] == "ON" else [])
         cls.files = {name: cls.installed(name, "--component", name) for name in names}
 
     @classmethod
@@ -42,11 +42,11 @@ class TestComponents(harness.InFolder):
         assert self.files["viewer"] == sorted(self.lib("liboaslam-viewer.so.0", "liboaslam-viewer.so.0.*"))
 
     def test_a_program_is_built_with_the_development_files(self):
-        headers = {os.path.relpath(path, SOURCE) for path in glob.glob(f"{SOURCE}/include/oaslam/*.h")}
+        headers = {os.path.relpath(path, f"{SOURCE}/core") for path in glob.glob(f"{SOURCE}/core/include/oaslam/*.h")}
         of_viewer = {"include/oaslam/map_viewer.h"}
         build_type = self.cache["CMAKE_BUILD_TYPE"].lower()
         cmake = [f"cmake/oaslam/oaslam{file}.cmake" for file in ("Config", "ConfigVersion", "Targets", f"Targets-{build_type}")] + ["cmake/oaslam/FindOpenCV.cmake"]
-        assert self.files["development"] == sorted([*(headers - of_viewer), *self.lib("liboaslam.so", "pkgconfig/oaslam.pc", *cmake)])
+        assert self.files["development"] == sorted([*headers, *self.lib("liboaslam.so", "pkgconfig/oaslam.pc", *cmake)])
         cmake = [f"cmake/oaslam/oaslamViewerTargets{of}.cmake" for of in ("", f"-{build_type}")]
         assert self.files["viewer_development"] == sorted([*of_viewer, *self.lib("liboaslam-viewer.so", "pkgconfig/oaslam-viewer.pc", *cmake)])
 
@@ -54,6 +54,7 @@ class TestComponents(harness.InFolder):
         zsh = "vendor-completions" if self.cache["CMAKE_INSTALL_PREFIX"] == "/usr" else "site-functions"
         assert self.files["command"] == sorted([
             "bin/oaslam", "share/bash-completion/completions/oaslam", f"share/zsh/{zsh}/_oaslam", "share/man/man1/oaslam.1.gz"])
+        assert self.files["viewer_command"] == ["bin/oaslam-viewer"]
         assert self.files["server"] == ["bin/oaslam-server", "share/man/man1/oaslam-server.1.gz"]
 
     def test_the_python_module_has_its_types(self):

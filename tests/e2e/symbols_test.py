@@ -1,4 +1,4 @@
-"""The shared libraries export what is marked with OASLAM_API, all of it and nothing else (src/liboaslam.map), and need no library that is not theirs."""
+"""The shared libraries export what is marked with OASLAM_API, all of it and nothing else (core/liboaslam.map), and need no library that is not theirs."""
 import glob
 import os
 import re
@@ -8,20 +8,20 @@ import subprocess
 import pytest
 
 SOURCE = os.environ["OASLAM_SOURCE_DIR"]
-OF_VIEWER = os.path.join(SOURCE, "include", "oaslam", "map_viewer.h")
+OF_VIEWER = os.path.join(SOURCE, "viewer", "include", "oaslam", "map_viewer.h")
 # What liboaslam-viewer needs besides: headers of rooms, which are not installed.
-PRIVATE = os.path.join(SOURCE, "src", "oaslam", "*", "*.h")
+PRIVATE = os.path.join(SOURCE, "core", "oaslam", "*", "*.h")
 
 
 def library(name):
-    return os.path.join(os.environ["OASLAM_BUILD_DIR"], "src", f"lib{name}.so")
+    return os.path.join(os.environ["OASLAM_BUILD_DIR"], {"oaslam": "core", "oaslam-viewer": "viewer"}[name], f"lib{name}.so")
 
 
 def headers_of(name):
-    public = glob.glob(os.path.join(SOURCE, "include", "oaslam", "*.h"))
+    public = glob.glob(os.path.join(SOURCE, "core", "include", "oaslam", "*.h"))
     if name == "oaslam-viewer":
         return [OF_VIEWER]
-    return [path for path in public + glob.glob(PRIVATE) if path != OF_VIEWER and os.path.basename(path) != "export.h"]
+    return [path for path in public + glob.glob(PRIVATE) if os.path.basename(path) != "export.h"]
 
 
 def header_text(name):

@@ -1,4 +1,4 @@
-"""The WebSocket of clients/python for the tests: to a port of this machine, with any header; its messages are those of the viewer."""
+"""The WebSocket of server/clients/python for the tests: to a port of this machine, with any header; its messages are those of the viewer."""
 import json
 import socket
 import struct

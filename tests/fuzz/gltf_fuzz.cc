@@ -1,10 +1,8 @@
 #include "fuzz.h"
-#include "oaslam/content/mesh_file.h"
+#include "oaslam/content/model_library.h"
 
-// The first byte chooses text (.gltf) or binary (.glb).
+// A .gltf of a user, whose references are followed before it is served.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace oaslam;
-  if (size == 0) return -1;
-  const char* name = data[0] % 2 == 0 ? "model.gltf" : "model.glb";
-  return fuzz::Try([&] { LoadMesh(fuzz::FileOf(fuzz::Text(data + 1, size - 1), name)); });
+  return fuzz::Try([&] { ModelLibrary({fuzz::FileOf(fuzz::Text(data, size), "model.gltf")}); });
 }

@@ -1,4 +1,4 @@
-#include "../../apps/gravity_file.h"
+#include "../../command/program/gravity_file.h"
 #include "fuzz.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

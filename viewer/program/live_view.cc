@@ -16,30 +16,7 @@ namespace {
 
 constexpr int kCheckMs = 100;  // milliseconds between checks for Ctrl-C
 
-ServerOptions ServerOf(const ViewerSettings& settings) {
-  ServerOptions server = settings.server;
-  server.port = *settings.port;
-  return server;
-}
-
 }  // namespace
-
-void AddViewerOptions(CLI::App& app, ViewerSettings& settings) {
-  auto* viewer = app.add_option(
-      "--viewer", settings.port,
-      fmt::format("serve a page that shows the run, at port {} unless given; 0: any that is free",
-                  kViewerPort));
-  viewer->type_name("[PORT]")->check(CLI::Range(0, 65535));
-  AddServerOptions(app, settings.server);
-  app.add_flag("--viewer-stay", settings.stay, "go on serving the finished map until Ctrl-C")
-      ->needs(viewer);
-  app.add_flag("--viewer-paused", settings.paused, "wait for a viewer to start the run")
-      ->needs(viewer);
-}
-
-void CheckAddress(const ViewerSettings& settings) {
-  if (settings.port) CheckServer(ServerOf(settings));
-}
 
 decltype(ViewerOptions::align_groundtruth) AlignerOf(const std::vector<StampedPose>& groundtruth) {
   if (groundtruth.empty()) return nullptr;
@@ -52,19 +29,45 @@ decltype(ViewerOptions::align_groundtruth) AlignerOf(const std::vector<StampedPo
   };
 }
 
-LiveView::LiveView(const ViewerSettings& settings, const std::string& title, const Slam& slam,
-                   const std::vector<StampedPose>& groundtruth,
-                   std::shared_ptr<const ModelLibrary> models, bool quiet)
-    : settings_(settings) {
-  if (!settings.port) return;
-  ViewerOptions options{.server = ServerOf(settings),
+void LiveView::AddOptions(CLI::App& run) {
+  auto* viewer = run.add_option(
+      "--viewer", port_,
+      fmt::format("serve a page that shows the run, at port {} unless given; 0: any that is free",
+                  kViewerPort));
+  viewer->type_name("[PORT]")->check(CLI::Range(0, 65535));
+  AddServerOptions(run, server_);
+  run.add_flag("--viewer-stay", stays_, "go on serving the finished map until Ctrl-C")
+      ->needs(viewer);
+  run.add_flag("--viewer-paused", begins_paused_, "wait for a viewer to start the run")
+      ->needs(viewer);
+  AddModelOption(run, model_files_)->needs(viewer);
+}
+
+int LiveView::PortIfLeftOut() const { return kViewerPort; }
+
+ServerOptions LiveView::Server() const {
+  ServerOptions server = server_;
+  server.port = *port_;
+  return server;
+}
+
+void LiveView::Check() {
+  if (!port_) return;
+  models_ = std::make_shared<const ModelLibrary>(model_files_);
+  CheckServer(Server());
+}
+
+void LiveView::Begin(const std::string& title, const Slam& slam,
+                     const std::vector<StampedPose>& groundtruth, bool quiet) {
+  if (!port_) return;
+  ViewerOptions options{.server = Server(),
                         .accepts_commands = true,
                         .accepts_anchors = true,
-                        .models = std::move(models),
+                        .models = models_,
                         .names = slam.Snapshot().CategoryNames(),
                         .align_groundtruth = AlignerOf(groundtruth)};
   viewer_ = std::make_unique<Viewer>(std::move(options));
-  status_ = {.live = true, .paused = settings.paused, .title = title};
+  status_ = {.live = true, .paused = begins_paused_, .title = title};
   ShowStatus();
   if (!quiet) spdlog::info("viewer: {}", viewer_->url());
 }
@@ -157,7 +160,7 @@ void LiveView::Finish(const SavedMap& saved, bool interrupted) {
   viewer_->ShowMap(std::make_shared<const Map>(saved.map), saved.trajectory);
   ShowStatus();
   viewer_->ShowEvent(frame_, "map", interrupted ? "interrupted" : "finished");
-  if (settings_.stay && !interrupted) {
+  if (stays_ && !interrupted) {
     spdlog::info("finished; the viewer stays at {} until Ctrl-C", viewer_->url());
     while (!Interrupted())
       for (const ViewerCommand& command : viewer_->TakeCommands(kCheckMs))

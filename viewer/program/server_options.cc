@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "common.h"
+
 namespace oaslam::apps {
 
 void AddPortOption(CLI::App& app, ServerOptions& options) {
@@ -9,6 +11,13 @@ void AddPortOption(CLI::App& app, ServerOptions& options) {
   app.add_option("--port", options.port,
                  fmt::format("port, {} unless given; 0: any that is free", kViewerPort))
       ->check(CLI::Range(0, 65535));
+}
+
+CLI::Option* AddModelOption(CLI::App& app, std::vector<std::string>& files) {
+  return AddRepeatable(
+             app, "--model", files,
+             "a model of virtual content (.glb, .gltf), named as its file; may be repeated")
+      ->type_name("FILE");
 }
 
 void AddServerOptions(CLI::App& app, ServerOptions& options) {

@@ -13,7 +13,6 @@
 #include <thread>
 #include <utility>
 
-#include "commands.h"
 #include "common.h"
 #include "dataset_choice.h"
 #include "live_view.h"
@@ -24,6 +23,7 @@
 #include "oaslam/viewer/viewer.h"
 #include "recording_choice.h"
 #include "server_options.h"
+#include "view.h"
 
 namespace oaslam::apps {
 namespace {
@@ -210,7 +210,7 @@ void View(const ViewOptions& options) {
 
   ViewerOptions viewer_options{.server = options.server,
                                .accepts_anchors = !run.map_file.empty(),
-                               .models = LoadModels(options.models, false),
+                               .models = std::make_shared<const ModelLibrary>(options.models),
                                .names = run.saved.class_names,
                                .align_groundtruth = AlignerOf(groundtruth)};
   Viewer viewer(std::move(viewer_options));

@@ -1,4 +1,4 @@
-# Made by python/tools/stubs.py; python/tests/stubs_test.py compares it with the module.
+# Made by bindings/python/tools/stubs.py; bindings/python/tests/stubs_test.py compares it with the module.
 from typing import Any, Callable, ClassVar, Dict, FrozenSet, Iterator, List, Mapping, Optional, Sequence, Set, Tuple, Union
 
 import os

@@ -19,7 +19,7 @@ import tempfile
 import tomllib
 import zipfile
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 
 
 def version():

@@ -36,8 +36,8 @@ def test_all_has_a_docstring():
 
 
 def test_the_stub_is_that_of_the_module():
-    stub = SOURCE / "python" / "oaslam" / "__init__.pyi"
-    done = subprocess.run([sys.executable, SOURCE / "python" / "tools" / "stubs.py", "--check", stub], capture_output=True, text=True)
+    stub = SOURCE / "bindings" / "python" / "oaslam" / "__init__.pyi"
+    done = subprocess.run([sys.executable, SOURCE / "bindings" / "python" / "tools" / "stubs.py", "--check", stub], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
 
@@ -46,7 +46,7 @@ def test_types(tmp_path):
     package = tmp_path / "oaslam"
     package.mkdir()
     for name in ("__init__.pyi", "py.typed"):
-        shutil.copy(SOURCE / "python" / "oaslam" / name, package)
+        shutil.copy(SOURCE / "bindings" / "python" / "oaslam" / name, package)
     command = ["mypy", "--strict", "--cache-dir", tmp_path / "cache", "--ignore-missing-imports"]
 
     def check(*files):

@@ -8,7 +8,7 @@ import pytest
 
 from conftest import CLIP, SOURCE
 
-sys.path.insert(0, str(SOURCE / "python" / "packaging"))
+sys.path.insert(0, str(SOURCE / "bindings" / "python" / "packaging"))
 import oaslam_backend
 
 PROGRAM = f"""
@@ -47,4 +47,4 @@ def test_source_archive(tmp_path):
     name = oaslam_backend.build_sdist(tmp_path)
     with tarfile.open(tmp_path / name) as archive:
         names = archive.getnames()
-    assert {f"oaslam-{oaslam_backend.version()}/{file}" for file in ("PKG-INFO", "pyproject.toml", "CMakeLists.txt", "src/CMakeLists.txt")} <= set(names)
+    assert {f"oaslam-{oaslam_backend.version()}/{file}" for file in ("PKG-INFO", "pyproject.toml", "CMakeLists.txt", "core/CMakeLists.txt")} <= set(names)

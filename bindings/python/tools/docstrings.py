@@ -141,7 +141,7 @@ def main():
             headers.append(Header(f.read()))
     functions = {name for header in headers for name in header.functions} - {name for header in headers for name in header.types}
     enumerators = {name for header in headers for name in header.enumerators}
-    lines = ["#pragma once", "", "// Made by python/tools/docstrings.py from include/oaslam.", "namespace oaslam::doc {"]
+    lines = ["#pragma once", "", "// Made by bindings/python/tools/docstrings.py from core/include/oaslam.", "namespace oaslam::doc {"]
     seen = {"ToString"}  # str() of an enumerator
     for header in headers:
         for key, comment in header.comments.items():

@@ -9,7 +9,7 @@ import sys
 
 import oaslam
 
-HEADER = """# Made by python/tools/stubs.py; python/tests/stubs_test.py compares it with the module.
+HEADER = """# Made by bindings/python/tools/stubs.py; bindings/python/tests/stubs_test.py compares it with the module.
 from typing import Any, Callable, ClassVar, Dict, FrozenSet, Iterator, List, Mapping, Optional, Sequence, Set, Tuple, Union
 
 import os
@@ -160,7 +160,7 @@ def main():
     else:
         with open(arguments.stub) as f:
             if f.read() != text:
-                sys.exit(f"{arguments.stub} does not say what the module does: run python/tools/stubs.py {arguments.stub}")
+                sys.exit(f"{arguments.stub} does not say what the module does: run bindings/python/tools/stubs.py {arguments.stub}")
 
 
 if __name__ == "__main__":

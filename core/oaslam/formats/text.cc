@@ -1,9 +1,9 @@
 #include "oaslam/formats/text.h"
 
 #include <fmt/format.h>
+#include <utf8proc.h>
 
 #include <algorithm>
-#include <boost/locale/encoding_utf.hpp>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -24,15 +24,24 @@ namespace {
 // Detections of ten hours are smaller.
 constexpr size_t kMaxTextFile = size_t{1} << 30;
 
-// UTF-16 without its mark; what is no character becomes U+FFFD or is left out.
+// UTF-16 without its mark; half a pair of surrogates is no character and is left out.
 std::string FromUtf16(std::string_view bytes, bool is_big_endian) {
-  std::u16string units;
+  std::string text;
+  int32_t high = 0;  // the first unit of a pair; 0: none
   for (size_t i = 0; i + 1 < bytes.size(); i += 2) {
-    const auto low = static_cast<unsigned char>(bytes[i + (is_big_endian ? 1 : 0)]);
-    const auto high = static_cast<unsigned char>(bytes[i + (is_big_endian ? 0 : 1)]);
-    units.push_back(static_cast<char16_t>(low | high << 8));
+    const auto a = static_cast<unsigned char>(bytes[i]),
+               b = static_cast<unsigned char>(bytes[i + 1]);
+    int32_t unit = is_big_endian ? a << 8 | b : b << 8 | a;
+    const bool is_high = unit >= 0xd800 && unit < 0xdc00, is_low = unit >= 0xdc00 && unit < 0xe000;
+    if (is_low && high != 0) unit = 0x10000 + ((high - 0xd800) << 10) + (unit - 0xdc00);
+    const bool is_character = !is_high && (!is_low || high != 0);
+    high = is_high ? unit : 0;
+    utf8proc_uint8_t utf8[4];
+    if (is_character)
+      text.append(reinterpret_cast<const char*>(utf8),
+                  static_cast<size_t>(utf8proc_encode_char(unit, utf8)));
   }
-  return boost::locale::conv::utf_to_utf<char>(units);
+  return text;
 }
 
 }  // namespace

@@ -112,24 +112,6 @@ Mesh Robot() {
   return std::move(builder).Finish();
 }
 
-Mesh WireCube() {
-  MeshBuilder builder;
-  constexpr float kHalf = 0.5F, kBar = 0.02F;
-  for (int axis = 0; axis < 3; ++axis)
-    for (const float a : {-kHalf, kHalf - kBar})
-      for (const float b : {-kHalf, kHalf - kBar}) {
-        Vector min, max;
-        const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-        min[axis] = -kHalf;
-        min[u] = a;
-        min[v] = b;
-        max = min + Vector::Constant(kBar);
-        max[axis] = kHalf;
-        builder.AddBox(min + Vector(0, kHalf, 0), max + Vector(0, kHalf, 0), LinearRgb(0xf4f6f8));
-      }
-  return std::move(builder).Finish();
-}
-
 }  // namespace
 
 const std::vector<std::pair<std::string, Mesh>>& BuiltinModels() {
@@ -139,11 +121,6 @@ const std::vector<std::pair<std::string, Mesh>>& BuiltinModels() {
                                                                    {"tree", Tree()},
                                                                    {"robot", Robot()}};
   return models;
-}
-
-const Mesh& PlaceholderModel() {
-  static const Mesh model = WireCube();
-  return model;
 }
 
 }  // namespace oaslam

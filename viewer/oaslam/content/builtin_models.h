@@ -12,7 +12,4 @@ namespace oaslam {
 // "tree", "robot". Their longest side is 1, and the centre of their bottom is at the origin.
 const std::vector<std::pair<std::string, Mesh>>& BuiltinModels();
 
-// The edges of a cube of side 1 that stands on the origin: shown instead of a missing model.
-const Mesh& PlaceholderModel();
-
 }  // namespace oaslam

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "oaslam/content/builtin_models.h"
-#include "oaslam/content/mesh_file.h"
+#include "oaslam/content/mesh.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/uri.h"
@@ -106,18 +106,6 @@ std::optional<ModelLibrary::File> ModelLibrary::Find(std::string_view path) cons
       return File{ContentType(key), "", file->second};
   }
   return std::nullopt;
-}
-
-void ModelLibrary::LoadMeshes() {
-  for (const auto& [name, file] : user_models_)
-    if (!meshes_.contains(name)) meshes_[name] = LoadMesh(file);
-}
-
-const Mesh* ModelLibrary::FindMesh(const std::string& name) const {
-  for (const auto& [builtin, mesh] : BuiltinModels())
-    if (builtin == name) return &mesh;
-  const auto it = meshes_.find(name);
-  return it == meshes_.end() ? nullptr : &it->second;
 }
 
 }  // namespace oaslam

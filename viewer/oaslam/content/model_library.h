@@ -6,8 +6,6 @@
 #include <string_view>
 #include <vector>
 
-#include "oaslam/content/mesh.h"
-
 namespace oaslam {
 
 // The available models of virtual content by name: built-in ones, and files of the user.
@@ -31,11 +29,6 @@ class ModelLibrary {
   // models, the user's files, and the files these refer to are found.
   std::optional<File> Find(std::string_view path) const;
 
-  // Reads the user's models for FindMesh. Throws InputError as LoadMesh does.
-  void LoadMeshes();
-  // Null where there is no such model, or LoadMeshes was not called.
-  const Mesh* FindMesh(const std::string& name) const;
-
  private:
   void AddFile(const std::string& file);
 
@@ -45,7 +38,6 @@ class ModelLibrary {
       user_files_;                           // paths in the file system by path below /models/
   std::map<std::string, std::string> glbs_;  // bytes of the built-in ones, by path below /models/
   std::map<std::string, std::string> user_models_;  // main files by name
-  std::map<std::string, Mesh> meshes_;              // by name
 };
 
 }  // namespace oaslam

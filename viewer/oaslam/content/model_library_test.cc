@@ -2,7 +2,6 @@
 
 #include "expect_input_error.h"
 #include "folder_test.h"
-#include "oaslam/content/builtin_models.h"
 
 namespace oaslam {
 namespace {
@@ -23,8 +22,6 @@ TEST_F(ModelLibraryTest, HasBuiltInModels) {
   ASSERT_TRUE(file);
   EXPECT_EQ(file->content_type, "model/gltf-binary");
   EXPECT_THAT(file->bytes.substr(0, 4), "glTF");
-  ASSERT_NE(library.FindMesh("robot"), nullptr);
-  EXPECT_EQ(library.FindMesh("castle"), nullptr);
 }
 
 TEST_F(ModelLibraryTest, HandsOutWhatAModelRefersToAndNothingElse) {
@@ -77,15 +74,6 @@ TEST_F(ModelLibraryTest, RefusesWhatItCannotHandOut) {
         << uri;
   EXPECT_THAT(refusal({folder.Write("in/a.gltf", Gltf("gone.bin"))}),
               HasSubstr("buffers: uri gone.bin: there is no such file"));
-}
-
-TEST_F(ModelLibraryTest, LoadsMeshesWhenAsked) {
-  ModelLibrary library({folder.Write("lamp.glb", GlbOf(BuiltinModels()[1].second, "lamp"))});
-  EXPECT_EQ(library.FindMesh("lamp"), nullptr);
-  library.LoadMeshes();
-  ASSERT_NE(library.FindMesh("lamp"), nullptr);
-  ModelLibrary broken({folder.Write("broken.glb", "noise")});
-  EXPECT_INPUT_ERROR(broken.LoadMeshes(), HasSubstr("broken.glb"));
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ import { add, between, compose, conjugate, dot, inverse, length, minus, moved, m
  * @property {{ position: number, rotation: number }} drift what of that the odometry has added since the answers
  */
 
-// The errors of the odometry, as shares of the way, of the depth and of the turn (src/oaslam/map/motion_sigmas.h).
+// The errors of the odometry, as shares of the way, of the depth and of the turn (core/oaslam/map/motion_sigmas.h).
 const WAY = 0.01, DEPTH = 0.001, TURN = 0.0025, LEAST_TURN = 0.0005;
 const PRELIMINARY = 1; // share of the way while the motion is preliminary: a turn may be taken for a way
 const GUESS = 0.3; // of a unit that is only the quotient of two median depths

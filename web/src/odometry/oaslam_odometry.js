@@ -1,4 +1,4 @@
-// Visual odometry in a browser, a worker or Node: the C++ of src/oaslam/odometry as WebAssembly (wasm/, docs/odometry-js.md).
+// Visual odometry in a browser, a worker or Node: the C++ of core/oaslam/odometry as WebAssembly (bindings/wasm/, docs/odometry-js.md).
 
 /**
  * A calibrated camera. Pixel centres are at integer coordinates: the centre of the upper left pixel is (0, 0).
@@ -54,7 +54,7 @@
 
 /** @type {readonly State[]} */ const STATES = ["preliminary", "tracking", "uncertain", "blind"];
 
-// Of OaslamEstimate in wasm/odometry_js.h: doubles, then 32 bit integers.
+// Of OaslamEstimate in bindings/wasm/odometry_js.h: doubles, then 32 bit integers.
 const ROTATION = 0, TRANSLATION = 4, COVARIANCE = 7, DOUBLES = 43;
 const STATE = 0, RUN = 1, IMAGE = 2, KEYFRAME = 3, TRACKED = 4, INLIERS = 5, POINTS = 6, KEYFRAMES = 7, INTEGERS = 8;
 const LEVELS = 8, FACTOR = 1.2; // of OrbExtractor

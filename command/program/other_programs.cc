@@ -1,0 +1,88 @@
+#include "other_programs.h"
+
+#include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace oaslam::apps {
+namespace {
+
+constexpr const char* kServer = "oaslam-server";
+constexpr const char* kViewer = "oaslam-viewer";
+
+struct OtherCommand {
+  const char *name, *help, *program;
+};
+constexpr OtherCommand kOtherCommands[] = {
+    {"view", "Show a saved map, or the folder of a run, in the browser", kViewer},
+    {"serve", "Answer where cameras are in saved maps, over HTTP and WebSocket", kServer},
+    {"models", "List the detectors, fetch or add one", kServer}};
+
+// Returns only where it is neither beside this program nor in PATH.
+void Become(const char* program, char** argv) {
+  std::error_code error;
+  const auto beside =
+      std::filesystem::read_symlink("/proc/self/exe", error).parent_path() / program;
+  execv(beside.c_str(), argv);
+  execvp(program, argv);
+}
+
+// Whether somebody sits there and sees the question. A process in the background would be stopped
+// when it reads from the terminal.
+bool IsAtTerminal() {
+  return isatty(STDIN_FILENO) == 1 && isatty(STDOUT_FILENO) == 1 && isatty(STDERR_FILENO) == 1 &&
+         tcgetpgrp(STDIN_FILENO) == getpgrp();
+}
+
+}  // namespace
+
+void AddOtherCommands(CLI::App& app) {
+  for (const OtherCommand& command : kOtherCommands)
+    if (app.get_subcommand_no_throw(command.name) == nullptr)
+      app.add_subcommand(command.name, command.help);
+}
+
+const char* OtherProgram(int argc, const char* const* argv) {
+  if (argc < 2) return nullptr;
+  const std::string_view name = argv[1];
+  for (const OtherCommand& command : kOtherCommands)
+    if (name == command.name) return command.program;
+  for (int i = 2; i < argc && name == "run" && argv[i] != std::string_view("--"); ++i)
+    if (std::string_view(argv[i]).starts_with("--viewer")) return kViewer;
+  return nullptr;
+}
+
+int PassTo(const char* program, char** argv) {
+  Become(program, argv);
+  std::string target = program;
+  std::ranges::replace(target, '-', '_');
+  fmt::print(stderr,
+             "error: oaslam {}{}: {} is not installed: it is in the package {}, or built by "
+             "cmake --build BUILD --target {}\n",
+             argv[1], program == std::string_view(kViewer) && argv[1] == std::string_view("run") ? " --viewer" : "",
+             program, program, target);
+  return 1;
+}
+
+bool OfferDetector() {
+  if (!IsAtTerminal()) return false;
+  const pid_t child = fork();
+  if (child == 0) {
+    std::array<std::string, 3> words{kServer, "models", "offer"};
+    char* arguments[] = {words[0].data(), words[1].data(), words[2].data(), nullptr};
+    Become(kServer, arguments);
+    _exit(1);
+  }
+  int status = 0;
+  if (child < 0 || waitpid(child, &status, 0) != child || !WIFEXITED(status)) return false;
+  if (WEXITSTATUS(status) == 130) throw CLI::RuntimeError(130);
+  return WEXITSTATUS(status) == 0;
+}
+
+}  // namespace oaslam::apps
