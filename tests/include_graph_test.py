@@ -1,9 +1,10 @@
-"""The rooms of src/CMakeLists.txt and the arrows between them: who may include whom. The build alone cannot tell, because all rooms share one include folder."""
+"""The rooms of the parts and the arrows between them: who may include whom. The build alone cannot tell, because all rooms of a part share one include folder."""
 import pathlib
 import re
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PUBLIC = ROOT / "include" / "oaslam"
+PARTS = ("core", "command", "viewer", "server")  # each may use those before it
+PUBLIC = [ROOT / part / "include" / "oaslam" for part in PARTS if (ROOT / part / "include").exists()]
 TYPE = r"^(?:struct|class|enum class) (?:OASLAM_\w+ )?"
 
 
@@ -22,11 +23,17 @@ def files_under(folder, prefix=""):
     return {prefix + path.relative_to(folder).as_posix(): path.read_text() for path in sorted(folder.rglob("*")) if path.suffix in (".h", ".cc")}
 
 
-CMAKE = (ROOT / "src" / "CMakeLists.txt").read_text()
+def merged(dictionaries):
+    return {key: value for dictionary in dictionaries for key, value in dictionary.items()}
+
+
+CMAKE_OF = {part: (ROOT / part / "CMakeLists.txt").read_text() for part in PARTS}
+CMAKE = "\n".join(CMAKE_OF.values())
 ROOMS = rooms_of_build(CMAKE)
-FILES = {**files_under(ROOT / "src" / "oaslam"), **files_under(PUBLIC, "public/")}
+FILES = merged([files_under(ROOT / part / "oaslam") for part in PARTS] + [files_under(folder, "public/") for folder in PUBLIC])
+PROGRAMS = merged(files_under(ROOT / part / "program", f"{part}/program/") for part in PARTS)
 # The rooms that implement public headers, those with a file of the same name: only they and those above them may use these. What is not listed is for all.
-IMPLEMENTED_IN = {path.stem + ".h": path.parts[0] for path in map(pathlib.PurePath, FILES) if path.suffix == ".cc" and (PUBLIC / (path.stem + ".h")).exists()}
+IMPLEMENTED_IN = {path.stem + ".h": path.parts[0] for path in map(pathlib.PurePath, FILES) if path.suffix == ".cc" and f"public/{path.stem}.h" in FILES}
 
 
 # These rooms run by themselves, in a browser or on a robot. They and their tests may use these libraries, beside the standard one and POSIX.
@@ -99,7 +106,7 @@ def foreign_libraries(cmake):
 
 
 # The viewer shows key points and boxes that Slam hands it in a wrapper (Slam::View). Joining saved maps needs no Slam.
-OPENED_BY = {"oaslam/system/slam_view.h": "viewer/map_viewer.cc", "oaslam/system/map_merging.h": "apps/merge.cc"}
+OPENED_BY = {"oaslam/system/slam_view.h": "viewer/map_viewer.cc", "oaslam/system/map_merging.h": "command/program/merge.cc"}
 FRIENDS = {("public/slam_state.h", "Slam")}  # which makes SlamStates
 
 
@@ -132,7 +139,7 @@ def types_defined_twice(files):
 
 def names_defined_together(cmake, files):
     """Constants and types that two files of a room define for themselves although the room's files are compiled together. A build with a compiler cache compiles each alone and does not see it."""
-    alone = set(re.findall(r"\w+/\w+", re.search(r"foreach\(file([^)]*)\)", cmake)[1]))
+    alone = set(re.findall(r"\w+/\w+", " ".join(re.findall(r"oaslam_compiled_alone\(([^)]*)\)", cmake))))
     homes = {}
     for path, text in files.items():
         if path.endswith(".cc") and not path.endswith("_test.cc") and path.removesuffix(".cc") not in alone:
@@ -167,11 +174,11 @@ def test_libraries_in_rooms_that_stand_alone_are_found():
 
 
 def test_what_is_built_on_slam_needs_no_back_door():
-    assert back_doors({**FILES, **files_under(ROOT / "apps", "apps/"), **files_under(ROOT / "examples", "examples/")}) == []
+    assert back_doors({**FILES, **PROGRAMS, **files_under(ROOT / "examples", "examples/")}) == []
 
 
 def test_back_doors_are_found():
-    assert back_doors({"apps/run.cc": '#include "oaslam/system/slam_impl.h"\n'}) == ["apps/run.cc includes oaslam/system/slam_impl.h"]
+    assert back_doors({"command/program/run.cc": '#include "oaslam/system/slam_impl.h"\n'}) == ["command/program/run.cc includes oaslam/system/slam_impl.h"]
     assert back_doors({"viewer/a.cc": '#include "oaslam/system/slam_view.h"\n'}) and not back_doors({"system/a.cc": '#include "oaslam/system/atlas.h"\n'})
     assert back_doors({"public/slam.h": "  friend class MapFile;\n"}) == ["public/slam.h: friend MapFile"]
     assert back_doors({"storage/a.h": "struct SlamAccess {\n};\n"}) == ["storage/a.h: SlamAccess"]
@@ -182,11 +189,11 @@ def test_types_of_one_name_are_found():
 
 
 def test_names_of_files_that_are_compiled_together_are_found():
-    cmake = "foreach(file\n    odometry/c)\n"
+    cmake = "oaslam_compiled_alone(odometry/a_b\n  odometry/c)\n"
     files = {"odometry/a.cc": "constexpr int kHalf = 5, kSide = 2 * kHalf;\n  constexpr int kInside = 1;\nstruct Sum {\n};\n",
              "odometry/b.cc": "constexpr int kSide = 5;\n  constexpr int kInside = 1;\nstruct Sum;\n", "odometry/c.cc": "constexpr int kHalf = 5;\n", "map/d.cc": "struct Sum {\n"}
     assert names_defined_together(cmake, files) == {("odometry", "kSide"): ["odometry/a.cc", "odometry/b.cc"]}
-    assert ("odometry", "kHalf") in names_defined_together("foreach(file map/d)", files)
+    assert ("odometry", "kHalf") in names_defined_together("oaslam_compiled_alone(map/d)", files)
 
 
 def test_types_that_are_not_installed_are_found():
@@ -202,10 +209,26 @@ def test_the_page_shows_the_rooms_of_the_build():
 
 def test_python_and_the_examples_see_the_public_headers_alone():
     """What programs of others see: the module for Python and the examples are such."""
-    seen = [(path, include) for folder in ("python", "examples") for path, text in files_under(ROOT / folder).items()
+    seen = [(path, include) for folder in ("bindings/python", "examples") for path, text in files_under(ROOT / folder).items()
             for _, include in includes_of(text) if include.startswith("oaslam/")]
     assert len(seen) > 10
-    assert [(path, include) for path, include in seen if not (ROOT / "include" / include).exists()] == []
+    assert [(path, include) for path, include in seen if "public/" + include.removeprefix("oaslam/") not in FILES] == []
+
+
+def upward_links(cmake_of):
+    """Rooms that are linked with a room of a part above their own."""
+    part_of = {room: PARTS.index(part) for part, cmake in cmake_of.items() for room in rooms_of_build(cmake)}
+    return [(room, other) for cmake in cmake_of.values() for room, below in rooms_of_build(cmake).items() for other in below if part_of[other] > part_of[room]]
+
+
+def test_a_part_needs_none_above_it():
+    assert upward_links(CMAKE_OF) == []
+    assert upward_links({"core": "oaslam_room(map LINK oaslam_net)", "viewer": "oaslam_room(net LINK oaslam_map)"}) == [("map", "net")]
+    for part in PARTS:
+        includes = [include for path, text in PROGRAMS.items() if path.startswith(part) for _, include in includes_of(text)]
+        rooms = {include.split("/")[1] for include in includes if include.startswith("oaslam/") and include.count("/") == 2}
+        above = {room for other in PARTS[PARTS.index(part) + 1:] for room in rooms_of_build(CMAKE_OF[other])}
+        assert rooms & above == set()
 
 
 def test_no_cycles():

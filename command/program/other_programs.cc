@@ -4,7 +4,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <string>
@@ -60,13 +59,11 @@ const char* OtherProgram(int argc, const char* const* argv) {
 
 int PassTo(const char* program, char** argv) {
   Become(program, argv);
-  std::string target = program;
-  std::ranges::replace(target, '-', '_');
+  const bool is_run = argv[1] == std::string_view("run");
   fmt::print(stderr,
              "error: oaslam {}{}: {} is not installed: it is in the package {}, or built by "
              "cmake --build BUILD --target {}\n",
-             argv[1], program == std::string_view(kViewer) && argv[1] == std::string_view("run") ? " --viewer" : "",
-             program, program, target);
+             argv[1], is_run ? " --viewer" : "", program, program, program);
   return 1;
 }
 

@@ -1,5 +1,5 @@
 /*
-sources 1a2e77d02d34abb4f342338f79c90538ee38d13133dd57cf9ac6eb3ce89c398b
+sources bade40a1ffe2a046c8fc56769502168525890c39f88a4a050def387930908e8f
 
 OA-SLAM's visual odometry: Apache-2.0.
 */
