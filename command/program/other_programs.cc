@@ -42,9 +42,10 @@ bool IsAtTerminal() {
 }  // namespace
 
 void AddOtherCommands(CLI::App& app) {
-  for (const OtherCommand& command : kOtherCommands)
-    if (app.get_subcommand_no_throw(command.name) == nullptr)
-      app.add_subcommand(command.name, command.help);
+  for (const OtherCommand& command : kOtherCommands) {
+    const auto is_it = [&](const CLI::App* known) { return known->get_name() == command.name; };
+    if (app.get_subcommands(is_it).empty()) app.add_subcommand(command.name, command.help);
+  }
 }
 
 const char* OtherProgram(int argc, const char* const* argv) {

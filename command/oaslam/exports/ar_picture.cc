@@ -81,19 +81,19 @@ void DrawSegment(const Camera& camera, Eigen::Vector3d a, Eigen::Vector3d b,
 }
 
 // A name above a point of the picture.
-struct Label {
+struct NameTag {
   std::string text;
   Eigen::Vector2d at;
   cv::Scalar color;
   double depth;
 };
 
-void DrawLabels(std::vector<Label> labels, cv::Mat& picture) {
-  std::ranges::stable_sort(labels, {}, &Label::depth);
+void DrawNameTags(std::vector<NameTag> labels, cv::Mat& picture) {
+  std::ranges::stable_sort(labels, {}, &NameTag::depth);
   const double scale = ScaleOf(picture), size = 0.4 * scale;
   const cv::Rect all({0, 0}, picture.size());
   std::vector<cv::Rect> taken;
-  for (const Label& label : labels) {
+  for (const NameTag& label : labels) {
     if (!(label.at.cwiseAbs().maxCoeff() < kMaxPixels)) continue;
     int below = 0;
     const cv::Size extent = cv::getTextSize(label.text, kFont, size, 1, &below);
@@ -122,7 +122,7 @@ void DrawPath(const ArFrame& frame, cv::Mat& picture) {
                 picture);
 }
 
-void DrawObjects(const ArFrame& frame, const ClassNames& names, std::vector<Label>& labels,
+void DrawObjects(const ArFrame& frame, const ClassNames& names, std::vector<NameTag>& labels,
                  cv::Mat& picture) {
   frame.map->objects.ForEach([&](ObjectId, const Object& object) {
     if (object.state != ObjectState::kMapped) return;
@@ -139,7 +139,7 @@ void DrawObjects(const ArFrame& frame, const ClassNames& names, std::vector<Labe
   });
 }
 
-void DrawAnchors(const ArFrame& frame, std::vector<Label>& labels, cv::Mat& picture) {
+void DrawAnchors(const ArFrame& frame, std::vector<NameTag>& labels, cv::Mat& picture) {
   const cv::Scalar colors[] = {{60, 60, 235}, {80, 205, 80}, {235, 130, 60}};  // of x, y, z
   const double width = 2 * ScaleOf(picture);
   for (const auto& [name, anchor] : frame.map->anchors) {
@@ -176,11 +176,11 @@ void DrawStatus(const ArFrame& frame, cv::Mat& picture) {
 
 void DrawArPicture(const ArFrame& frame, const ClassNames& names, cv::Mat& picture) {
   if (frame.cam_from_world && frame.map) {
-    std::vector<Label> labels;
+    std::vector<NameTag> labels;
     DrawPath(frame, picture);
     DrawObjects(frame, names, labels, picture);
     DrawAnchors(frame, labels, picture);
-    DrawLabels(std::move(labels), picture);
+    DrawNameTags(std::move(labels), picture);
   }
   DrawStatus(frame, picture);
 }
