@@ -1,4 +1,4 @@
-#include "server/fetch.h"
+#include "fetch.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -15,7 +15,7 @@
 #include "oaslam/formats/text.h"
 #include "oaslam/models/model_store.h"
 #include "oaslam/util/bad_input.h"
-#include "server/fetch.h"
+#include "fetch.h"
 
 namespace oaslam::apps {
 namespace {
