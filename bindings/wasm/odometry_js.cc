@@ -20,8 +20,9 @@ struct OaslamOdometry {
   oaslam::Camera camera;
   std::string problem;
   std::unique_ptr<oaslam::Odometry> odometry;
-  std::vector<uint8_t> grey, rgba;
-  std::vector<double> samples;  // time, x, y, z each
+  std::vector<uint8_t> grey, rgba;  // of the next image, in either
+  std::vector<uint8_t> last;        // grey, of the last image that was processed
+  std::vector<double> samples;      // time, x, y, z each
   std::vector<oaslam::AngularVelocity> angular_velocity;
   std::optional<double> last_s;
   OaslamEstimate estimate{};
@@ -119,7 +120,7 @@ void SetFeatures(const Features& from, std::vector<uint8_t>& to) {
 }
 
 GreyImage LastImage(const OaslamOdometry& o) {
-  return {o.grey.data(), o.camera.width, o.camera.width, o.camera.height};
+  return {o.last.data(), o.camera.width, o.camera.width, o.camera.height};
 }
 
 }  // namespace
@@ -143,6 +144,7 @@ OaslamOdometry* oaslam_odometry_new(int is_fisheye, int width, int height, doubl
   o->odometry = std::make_unique<oaslam::Odometry>(o->camera, oaslam::OdometryOptions{},
                                                    static_cast<uint64_t>(seed));
   o->grey.resize(static_cast<size_t>(width) * height);
+  o->last.resize(o->grey.size());
   return o;
 }
 
@@ -170,7 +172,10 @@ const OaslamEstimate* oaslam_odometry_process(OaslamOdometry* o, double time_s, 
   o->problem = oaslam::InputProblem(*o, time_s);
   if (!o->problem.empty()) return nullptr;
   o->last_s = time_s;
-  if (is_rgba) oaslam::ToGrey(o->rgba, o->grey);
+  if (is_rgba)
+    oaslam::ToGrey(o->rgba, o->last);
+  else
+    o->last = o->grey;
   const oaslam::OdometryEstimate estimate =
       o->odometry->Process(oaslam::LastImage(*o), time_s, o->angular_velocity);
   oaslam::SetEstimate(estimate, o->estimate);

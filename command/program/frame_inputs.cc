@@ -144,7 +144,7 @@ bool FrameInputs::IsWanted(const InputImage& image, const InputImage& last) cons
 }
 
 void FrameInputs::SetState(TrackingState state) {
-  if (state != TrackingState::kLost && state != TrackingState::kObjects)
+  if (!IsLost(state))
     lost_since_s_.reset();
   else if (!lost_since_s_)
     lost_since_s_ = given_s_;

@@ -78,6 +78,12 @@ void GroupOptions(CLI::App& app) {
   }
 }
 
+std::string UnknownOption(const CLI::App& app) {
+  for (const std::string& given : app.remaining(true))
+    if (given.size() > 1 && given.starts_with("-")) return given.substr(0, given.find('='));
+  return "";
+}
+
 std::string DidYouMean(const CLI::App& app) {
   const CLI::App* command = &app;
   while (!command->get_subcommands().empty()) command = command->get_subcommands().front();

@@ -9,6 +9,10 @@ namespace oaslam::apps {
 // live, more. To be called once all commands are added.
 void GroupOptions(CLI::App& app);
 
+// After a command line that was refused: its first option that the command does not have; empty
+// where there is none.
+std::string UnknownOption(const CLI::App& app);
+
 // After a command line that was refused: the command or option that is written nearly as one of its
 // words, in a sentence; empty where there is none.
 std::string DidYouMean(const CLI::App& app);

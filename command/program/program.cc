@@ -84,7 +84,10 @@ int Parse(CLI::App& app, const char* overview, int argc, char** argv,
   try {
     app.parse(WithOptionalNumbers(argc, argv, numbers));
   } catch (const CLI::ParseError& error) {
-    const int code = app.exit(error);
+    // An option that is not known may have left its value to be taken for an argument: it is the
+    // cause, whatever that led to.
+    const std::string unknown = error.get_exit_code() != 0 ? UnknownOption(app) : "";
+    const int code = unknown.empty() ? app.exit(error) : app.exit(CLI::ExtrasError({unknown}));
     if (const std::string meant = DidYouMean(app); code != 0 && !meant.empty())
       fmt::print(stderr, "{}\n", meant);
     return code;

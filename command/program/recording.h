@@ -22,8 +22,8 @@ struct RecordingSettings {
 // Returns --record.
 CLI::Option* AddRecordingOptions(CLI::App& app, RecordingSettings& settings);
 
-// Records the video of a run: each image without distortion, with objects, anchors and the path drawn
-// into it (docs/recording.md). Without a path all functions do nothing.
+// Records the video of a run: each image without distortion, with objects, anchors and the path
+// drawn into it (docs/recording.md). Without a path all functions do nothing.
 class Recording {
  public:
   // Throws InputError where the video's file cannot be written.

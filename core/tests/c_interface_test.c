@@ -106,10 +106,15 @@ static void place_anchor(oaslam_slam* slam, const oaslam_pose* pose) {
   oaslam_anchor_request request;
   oaslam_anchor_edit edit;
   char name[OASLAM_NAME_SIZE] = "";
+  oaslam_pose no_pose;
+  memset(&no_pose, 0, sizeof no_pose);
   memset(&request, 0, sizeof request);
   memset(&edit, 0, sizeof edit);
   request.model = "flag";
   CHECK(oaslam_slam_place_anchor(slam, &request, name) == OASLAM_REFUSED); /* no direction */
+  request.pose = &no_pose;
+  CHECK(oaslam_slam_place_anchor(slam, &request, name) == OASLAM_REFUSED);
+  CHECK(strstr(oaslam_error(), "quaternion"));
   request.pose = pose;
   CHECK(oaslam_slam_place_anchor(slam, &request, name) == OASLAM_OK);
   CHECK(strcmp(name, "flag 1") == 0);

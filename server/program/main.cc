@@ -1,7 +1,7 @@
 #include <CLI/CLI.hpp>
 
-#include "server_commands.h"
 #include "program.h"
+#include "server_commands.h"
 
 namespace {
 

@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "server_commands.h"
 #include "default_detector.h"
+#include "fetch.h"
 #include "oaslam/crypto/sha256.h"
 #include "oaslam/detection/model_folders.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/models/model_store.h"
 #include "oaslam/util/bad_input.h"
-#include "fetch.h"
+#include "server_commands.h"
 
 namespace oaslam::apps {
 namespace {

@@ -9,12 +9,12 @@
 #include <opencv2/core/utility.hpp>
 #include <thread>
 
-#include "server_commands.h"
 #include "common.h"
 #include "default_detector.h"
 #include "detector_options.h"
 #include "oaslam/service/localization_service.h"
 #include "oaslam/util/bad_input.h"
+#include "server_commands.h"
 #include "server_options.h"
 
 namespace oaslam::apps {

@@ -1,7 +1,7 @@
 // odometry_estimates VIDEO CAMERA SAMPLES FOLDER: what the odometry tells of each image of a video,
-// through the interface that the module for browsers has (bindings/wasm/odometry_js.h). Writes to FOLDER the
-// grey images (images), their time stamps (times) and, for each, the estimate and its points
-// (estimates), all as this processor keeps them; and the ORB key points of each fiftieth
+// through the interface that the module for browsers has (bindings/wasm/odometry_js.h). Writes to
+// FOLDER the grey images (images), their time stamps (times) and, for each, the estimate and its
+// points (estimates), all as this processor keeps them; and the ORB key points of each fiftieth
 // (features). SAMPLES: of a gyroscope, four doubles each.
 
 #include <fmt/format.h>

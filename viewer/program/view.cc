@@ -1,3 +1,5 @@
+#include "view.h"
+
 #include <fmt/format.h>
 #include <pthread.h>
 #include <spdlog/spdlog.h>
@@ -23,7 +25,6 @@
 #include "oaslam/viewer/viewer.h"
 #include "recording_choice.h"
 #include "server_options.h"
-#include "view.h"
 
 namespace oaslam::apps {
 namespace {

@@ -60,7 +60,7 @@ export interface MapMessage {
  * rotation vector). `unit`: map units in the unit of the motion that was sent.
  */
 export interface Answer {
-  type: "pose"; id: number; time: number; state: State; pose?: WirePose; confidence?: number; covariance?: number[]; unit?: number; camera?: Lens; depth: number; ms: number;
+  type: "pose"; id: number; time: number; state: State; source?: "none" | "map" | "motion" | "objects" | "registration"; pose?: WirePose; confidence?: number; covariance?: number[]; unit?: number; camera?: Lens; depth: number; ms: number;
 }
 /** What the device's odometry tells of an image; a keyframe: image, position, rotation. */
 export interface Motion {

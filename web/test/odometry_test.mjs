@@ -65,6 +65,17 @@ test("the keyframes that are corrected, in the frame of the poses", async () => 
   odometry.delete();
 });
 
+test("an image that is refused does not become the last one", async () => {
+  const odometry = await Odometry.create({ camera });
+  odometry.process(room(0), 1);
+  const before = odometry.features(300).bytes.slice();
+  const other = new Uint8Array(WIDTH * HEIGHT).map((_, i) => (i * 7919) % 251);
+  assert.throws(() => odometry.process(other, 1), { message: /^odometry: time stamp 1\.000000 is not after/ });
+  assert.throws(() => odometry.process(other, 2, [[1, 0, 0, NaN]]), { message: /finite/ });
+  assert.deepEqual(odometry.features(300).bytes.slice(), before);
+  odometry.delete();
+});
+
 test("key points of the last image, in the layout that the service takes", async () => {
   const odometry = await Odometry.create({ camera });
   assert.throws(() => odometry.features(), { message: "odometry: there is no image yet" });

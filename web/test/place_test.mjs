@@ -46,6 +46,16 @@ function follow(place, { from = 0, to, delay, answer = answerAt, options = {}, l
   }
 }
 
+test("its own motion, which comes back from the service, and a pose without a depth are no evidence", () => {
+  for (const none of [{ source: "registration" }, { depth: 0 }, { depth: undefined, unit: undefined }]) {
+    const place = new Place();
+    const sighting = place.see(estimateAt(0), 0);
+    assert.equal(place.take(answerAt(0, { state: "objects", ...none }), sighting, 0), false);
+    assert.equal(place.poseOf(sighting, 0), null);
+    assert.equal(place.take(answerAt(0, { state: "objects", source: "objects" }), sighting, 0), true);
+  }
+});
+
 test("rotations and poses", () => {
   const a = { position: [1, 2, 3], rotation: normalized([0.1, 0.7, -0.3, 0.5]) }, b = { position: [-2, 0, 1], rotation: normalized([0.5, 0.1, 0.2, -0.8]) };
   const back = compose(a, inverse(a));
@@ -197,4 +207,44 @@ test("what the service is told of a motion", () => {
   assert.deepEqual(motion.depths.map((depth) => depth.length), [3, 3, 3]);
   assert.equal(motionOf({ ...estimate, state: "uncertain" }), null);
   assert.equal(motionOf({ ...estimate, state: "blind", camFromOdom: null }), null);
+});
+
+test("turning the phone while key points are extracted does not end the session", async (t) => {
+  const sockets = [], calls = [], problems = [];
+  class FakeWorker {
+    postMessage({ call }) {
+      calls.push(call);
+      if (call !== "features") queueMicrotask(() => this.onmessage({ data: { result: call === "process" ? estimateAt(1) : {} } })); // key points take long
+    }
+    terminate() {}
+  }
+  class FakeSocket {
+    static OPEN = 1;
+    readyState = 1;
+    bufferedAmount = 0;
+    constructor() {
+      sockets.push(this);
+    }
+    send() {}
+    close() {}
+  }
+  const { Worker, WebSocket, reportError } = globalThis;
+  t.after(() => Object.assign(globalThis, { Worker, WebSocket, reportError }));
+  Object.assign(globalThis, { Worker: FakeWorker, WebSocket: FakeSocket, reportError: (error) => problems.push(error.message) });
+  const { DeviceTracker } = await import("../src/device/device_tracker.js");
+  const step = () => new Promise((done) => setImmediate(done));
+  const tracker = new DeviceTracker({ service: { url: "https://maps.example", map: "desk" }, share: "features", worker: () => new FakeWorker() });
+  tracker.addEventListener("problem", ({ detail }) => problems.push(detail));
+  sockets[0].onmessage({ data: JSON.stringify({ type: "hello", map: "desk", digest: "1" }) });
+  const image = (width, height) => ({ width, height, data: new Uint8ClampedArray(4 * width * height) });
+  for (const time of [0, 0.1]) {
+    await tracker.process({ image: image(64, 48), time });
+    await step();
+  }
+  assert.deepEqual(calls, ["create", "process", "features"]);
+  await tracker.process({ image: image(48, 64), time: 0.2 });
+  await step();
+  assert.deepEqual(problems, []);
+  assert.equal(tracker.stream.pacer.flying.length, 0); // the next image need not wait for its answer
+  tracker.end();
 });

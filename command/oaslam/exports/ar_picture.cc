@@ -113,8 +113,8 @@ void DrawPath(const ArFrame& frame, cv::Mat& picture) {
   const cv::Scalar color(200, 170, 80);
   std::vector<std::pair<double, Eigen::Vector3d>> centers;  // by time, in the camera's frame
   frame.map->keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
-    centers.emplace_back(keyframe.timestamp, *frame.cam_from_world *
-                                                 keyframe.cam_from_world.Inverse().translation);
+    centers.emplace_back(keyframe.timestamp,
+                         *frame.cam_from_world * keyframe.cam_from_world.Inverse().translation);
   });
   std::ranges::stable_sort(centers, {}, &std::pair<double, Eigen::Vector3d>::first);
   for (size_t i = 1; i < centers.size(); ++i)

@@ -53,8 +53,8 @@ cv::Mat Changed(const cv::Mat& picture) {
 }
 
 bool IsColored(const cv::Mat& picture, double x, double y, const cv::Scalar& color) {
-  const auto is = picture.at<cv::Vec3b>(static_cast<int>(std::lround(y)),
-                                        static_cast<int>(std::lround(x)));
+  const auto is =
+      picture.at<cv::Vec3b>(static_cast<int>(std::lround(y)), static_cast<int>(std::lround(x)));
   return std::abs(is[0] - color[0]) + std::abs(is[1] - color[1]) + std::abs(is[2] - color[2]) < 60;
 }
 
@@ -63,9 +63,9 @@ TEST(DrawArPicture, AnAnchorIsItsAxes) {
   const Camera camera = OffCentre();
   const double height = camera.fy * kSize / kDistance, side = camera.fx * kSize / 2 / kDistance,
                foot = camera.cy + height / 2;
-  EXPECT_TRUE(IsColored(picture, camera.cx, camera.cy, {80, 205, 80}));              // y
-  EXPECT_TRUE(IsColored(picture, camera.cx + side - 3, foot, {60, 60, 235}));        // x
-  EXPECT_FALSE(IsColored(picture, camera.cx + side + 4, foot, {60, 60, 235}));       // its end
+  EXPECT_TRUE(IsColored(picture, camera.cx, camera.cy, {80, 205, 80}));         // y
+  EXPECT_TRUE(IsColored(picture, camera.cx + side - 3, foot, {60, 60, 235}));   // x
+  EXPECT_FALSE(IsColored(picture, camera.cx + side + 4, foot, {60, 60, 235}));  // its end
   EXPECT_FALSE(IsColored(picture, camera.cx - side / 2, camera.cy, {80, 205, 80}));
 }
 
@@ -138,7 +138,8 @@ TEST(DrawArPicture, OfALostCameraHasTheStateAlone) {
   EXPECT_EQ(cv::countNonZero(Changed(picture)), 0);
   const cv::Mat strip(kStatusRows, picture.cols, CV_8UC3, kBackground);
   EXPECT_GT(
-      cv::norm(picture.rowRange(picture.rows - kStatusRows, picture.rows), strip, cv::NORM_INF), 50);
+      cv::norm(picture.rowRange(picture.rows - kStatusRows, picture.rows), strip, cv::NORM_INF),
+      50);
 }
 
 }  // namespace

@@ -40,6 +40,15 @@ struct Rigid3 {
   // Of cam_from_world: the camera centre in the world.
   Eigen::Vector3d OriginInSource() const { return rotation.conjugate() * -translation; }
 
+  // Whether it is a rigid motion: its numbers are finite, and its quaternion has length 1 but for
+  // rounding.
+  bool IsValid() const { return translation.allFinite() && IsUnit(rotation); }
+  // Of a quaternion: false also where it is not finite.
+  static bool IsUnit(const Rotation& rotation) {
+    constexpr double kRounding = 1e-3;  // of files with few digits; far less than any other mistake
+    return std::abs(rotation.norm() - 1) <= kRounding;
+  }
+
   // [R | t].
   Eigen::Matrix<double, 3, 4> Matrix() const {
     Eigen::Matrix<double, 3, 4> m;
@@ -52,6 +61,12 @@ struct Rigid3 {
 // in rad; axes of the camera) between the pose and the true one.
 using PoseCovariance = Eigen::Matrix<double, 6, 6, Eigen::DontAlign>;
 
+// The covariance after all lengths were multiplied by `factor`.
+inline PoseCovariance WithScaledLengths(PoseCovariance covariance, double factor) {
+  covariance.topRows<3>() *= factor;
+  covariance.leftCols<3>() *= factor;
+  return covariance;
+}
 // Root mean square of the distance between the positions, map units.
 inline double SigmaOfPosition(const PoseCovariance& covariance) {
   return std::sqrt(std::max(covariance.topLeftCorner<3, 3>().trace(), 0.0));

@@ -195,7 +195,8 @@ class OASLAM_API Slam {
 
   // The present poses of the frames given to Process, by time stamp: they move as the map is
   // corrected. Frames in other submaps than the main one are missing until the submaps are
-  // joined.
+  // joined. Of those that came while no map was made (SetMapping), about the newest 100 000 are
+  // kept.
   std::vector<StampedPose> Trajectory() const;
 
   // What is known of the gyroscope whose samples came with the images.

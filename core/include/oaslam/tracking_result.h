@@ -29,14 +29,13 @@ struct PoseElsewhere {
   PoseCovariance covariance = PoseCovariance::Zero();
   bool is_uncertain = false;
   double confidence = 0;  // probability that the pose is right
-  double depth = 0;       // median depth of the landmarks that support the pose; 0 without any
+  double depth = 0;       // median depth of what supports the pose; 0 without any
 
   // Multiplies all lengths, as those of the world were.
   void ScaleLengths(double factor) {
     world_from_cam.translation *= factor;
     depth *= factor;
-    covariance.topRows<3>() *= factor;
-    covariance.leftCols<3>() *= factor;
+    covariance = WithScaledLengths(covariance, factor);
   }
 };
 
@@ -47,9 +46,9 @@ struct TrackingResult {
   TrackingState state = TrackingState::kLost;
   // The world of the map, in which the pose is. It changes where a lost camera goes on in another
   // submap, which may be joined with the first once that is seen again (not while a map was
-  // loaded, has anchors or is in metres); and by SetMetresPerUnit, Load and Reset. Content in
-  // coordinates of an application's own belongs to the world in which it was made; anchors
-  // (PlaceAnchor) move with their map.
+  // loaded, has anchors or is in metres); where the map is joined with one that is in metres; and
+  // by SetMetresPerUnit, Load and Reset. Content in coordinates of an application's own belongs to
+  // the world in which it was made; anchors (PlaceAnchor) move with their map.
   WorldId world;
 
   // world_from_cam: the camera's pose in a world, in map units (OpenCV axes: x right, y down, z
@@ -83,7 +82,8 @@ struct TrackingResult {
   // While the camera's motion carries the pose on (kOdometry): seconds since the map gave it; else
   // 0.
   double seconds_without_map = 0;
-  // Median depth of the landmarks that support the pose, map units; 0 without any.
+  // Median depth of what supports the pose, map units: of landmarks, of the objects in the image,
+  // or of the points that the odometry follows; 0 where none is known.
   double depth = 0;
   // The length of the odometry's unit in map units: of ImageInput::motion where it was given, else
   // of Slam's own. Nothing as long as it is not known.
@@ -119,8 +119,7 @@ struct TrackingResult {
     if (world_from_cam_) world_from_cam_->translation *= factor;
     depth *= factor;
     if (motion_unit) *motion_unit *= factor;
-    covariance.topRows<3>() *= factor;
-    covariance.leftCols<3>() *= factor;
+    covariance = WithScaledLengths(covariance, factor);
   }
 
  private:

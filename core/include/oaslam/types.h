@@ -70,6 +70,11 @@ enum class TrackingState {
   kPreliminary
 };
 
+// Whether the camera is not followed by points of the map: then objects may tell where it is.
+constexpr bool IsLost(TrackingState state) {
+  return state == TrackingState::kLost || state == TrackingState::kObjects;
+}
+
 // "initializing", "tracking", "relocalized", "objects", "lost", "odometry", "preliminary".
 OASLAM_API const char* ToString(TrackingState state);
 

@@ -119,6 +119,28 @@ TEST(Anchors, RefuseWhatIsNoPlace) {
   EXPECT_THAT(FindPlace(map, request).why_not, HasSubstr("no object 5"));
 }
 
+TEST(Anchors, RefuseAPoseThatIsNone) {
+  const Map map = Table();
+  const auto is_placed = [&](const Rigid3& pose) {
+    Anchors anchors;
+    const AnchorReport placed = PlaceAnchor(map, {.model = "flag", .pose = pose}, anchors);
+    Anchors edited = {{"it", Anchor{"flag", 1, KeyframeId(0), {}, {}, {0, 0, 0}}}};
+    const AnchorReport moved = EditAnchor(map, "it", {.pose = pose}, edited);
+    EXPECT_EQ(placed.IsDone(), moved.IsDone());
+    EXPECT_EQ(anchors.size(), placed.IsDone() ? 1U : 0U);
+    if (!placed.IsDone()) EXPECT_THAT(placed.why_not, HasSubstr("no unit quaternion"));
+    return placed.IsDone();
+  };
+  Rigid3 pose;
+  EXPECT_TRUE(is_placed(pose));
+  for (const Eigen::Vector4d& q :
+       {Eigen::Vector4d(0, 0, 0, 0), Eigen::Vector4d(0, 0, 0, 1e-30), Eigen::Vector4d(0, 0, 0, 2),
+        Eigen::Vector4d(NAN, 0, 0, 1), Eigen::Vector4d(INFINITY, 0, 0, 0)}) {
+    pose.rotation.coeffs() = q;
+    EXPECT_FALSE(is_placed(pose)) << q.transpose();
+  }
+}
+
 TEST(Anchors, AreNamedTurnedSizedAndRenamed) {
   const Map map = Table();
   Anchors anchors;

@@ -67,7 +67,7 @@ AnchorReport EditAnchor(const Map& map, const std::string& name, const AnchorEdi
       return {"", problem};
   if (edit.model && !IsName(*edit.model)) return {"", ProblemOfModel()};
   const std::optional<Anchor> moved = edit.pose ? AnchorAt(map, *edit.pose) : std::nullopt;
-  if (edit.pose && !moved) return {"", "the pose is no pose in a map with keyframes"};
+  if (edit.pose && !moved) return {"", kNoPose};
   if (!std::isfinite(edit.turn_rad)) return {"", "the angle is no number"};
   const bool is_renamed = edit.name && *edit.name != name;
   if (is_renamed)

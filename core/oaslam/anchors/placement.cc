@@ -197,6 +197,9 @@ Placement OnPoints(const Map& map, const AnchorRequest& request) {
 
 }  // namespace
 
+const char* const kNoPose =
+    "the pose is not finite, its rotation is no unit quaternion, or the map has no keyframes";
+
 std::string ProblemOfSize(double size) {
   // Wide bounds: the unit of a map may be small or large, and it can be scaled later.
   constexpr double kMin = 1e-6, kMax = 1e6;
@@ -206,7 +209,7 @@ std::string ProblemOfSize(double size) {
 }
 
 std::optional<Anchor> AnchorAt(const Map& map, const Rigid3& pose) {
-  if (!pose.translation.allFinite() || !pose.rotation.coeffs().allFinite()) return std::nullopt;
+  if (!pose.IsValid()) return std::nullopt;
   return CarriedBy(map, map.NearestKeyframe(pose.translation), pose);
 }
 
@@ -216,7 +219,7 @@ Placement FindPlace(const Map& map, const AnchorRequest& request) {
       return {std::nullopt, problem};
   if (request.pose) {
     Placement placement{AnchorAt(map, *request.pose), ""};
-    if (!placement.anchor) return {std::nullopt, "the pose is no pose in a map with keyframes"};
+    if (!placement.anchor) return {std::nullopt, kNoPose};
     placement.anchor->model = request.model;
     placement.anchor->size = request.size > 0 ? request.size : 1;
     return placement;

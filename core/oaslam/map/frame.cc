@@ -35,8 +35,7 @@ std::optional<Rigid3> CamFromOdom(const FrameMotion& earlier, const FrameMotion&
 void TrackedFrame::ScaleLengths(double factor) {
   cam_from_world.translation *= factor;
   cam_from_reference.translation *= factor;
-  covariance.topRows<3>() *= factor;
-  covariance.leftCols<3>() *= factor;
+  covariance = WithScaledLengths(covariance, factor);
 }
 
 }  // namespace oaslam

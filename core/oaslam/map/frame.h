@@ -77,9 +77,9 @@ struct Frame {
 bool HaveKnownMotion(const std::shared_ptr<const FrameMotion>& a,
                      const std::shared_ptr<const FrameMotion>& b);
 // cam_from_odom of an earlier image of the same run, as the odometry knows it by image `now`. The
-// odometry corrects its keyframes; an image between them moves with the last one before it that
-// both images know. Nothing where both know none: then nothing has corrected the pose that the
-// earlier image was given.
+// odometry corrects its keyframes. An image that is no keyframe moves with the last keyframe before
+// it that the motions of both images list. Nothing where there is no such keyframe: then the
+// odometry has not corrected the pose of the earlier image.
 std::optional<Rigid3> CamFromOdom(const FrameMotion& earlier, const FrameMotion& now);
 
 // A frame with its pose and the landmarks its key points are matched to.

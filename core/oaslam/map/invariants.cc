@@ -5,7 +5,6 @@
 #include <functional>
 
 #include "oaslam/map/map.h"
-#include "oaslam/map/repair.h"
 
 namespace oaslam {
 namespace {
@@ -22,8 +21,9 @@ void CheckKeyframe(const Map& map, KeyframeId id, const Keyframe& keyframe, Prob
   if (keyframe.camera < 0 || keyframe.camera >= static_cast<int>(map.cameras.size()))
     problems.push_back(
         fmt::format("keyframe {}: camera {} does not exist", id.value, keyframe.camera));
-  if (!IsFinite(keyframe.cam_from_world))
-    problems.push_back(fmt::format("keyframe {}: pose not finite", id.value));
+  if (!keyframe.cam_from_world.IsValid())
+    problems.push_back(
+        fmt::format("keyframe {}: pose not finite, or its rotation no unit quaternion", id.value));
   if (map.retired.Contains(id))
     problems.push_back(fmt::format("keyframe {}: also retired", id.value));
   for (uint32_t i = 0; i < keyframe.landmarks.size(); ++i) {
@@ -64,8 +64,9 @@ void CheckLandmark(const Map& map, LandmarkId id, const Landmark& landmark, Prob
 
 void CheckObject(const Map& map, ObjectId id, const Object& object, Problems& problems) {
   const Ellipsoid& e = object.ellipsoid;
-  if (!e.center.allFinite() || !e.half_axes.allFinite() || !e.rotation.coeffs().allFinite())
-    problems.push_back(fmt::format("object {}: ellipsoid not finite", id.value));
+  if (!e.center.allFinite() || !e.half_axes.allFinite() || !Rigid3::IsUnit(e.rotation))
+    problems.push_back(fmt::format(
+        "object {}: ellipsoid not finite, or its rotation no unit quaternion", id.value));
   if (object.landmarks.size() != object.landmark_votes.size())
     problems.push_back(fmt::format("object {}: votes and landmarks differ in number", id.value));
   if (!std::ranges::is_sorted(object.landmarks))
@@ -74,8 +75,10 @@ void CheckObject(const Map& map, ObjectId id, const Object& object, Problems& pr
     if (!map.ResolvePose(o.reference))
       problems.push_back(fmt::format("object {}: reference keyframe {} leads nowhere", id.value,
                                      o.reference.value));
-    if (!IsFinite(o.cam_from_reference))
-      problems.push_back(fmt::format("object {}: pose of an observation not finite", id.value));
+    if (!o.cam_from_reference.IsValid())
+      problems.push_back(fmt::format(
+          "object {}: pose of an observation not finite, or its rotation no unit quaternion",
+          id.value));
     if (o.camera < 0 || o.camera >= static_cast<int>(map.cameras.size()))
       problems.push_back(fmt::format("object {}: camera {} does not exist", id.value, o.camera));
   }
@@ -86,8 +89,9 @@ void CheckAnchor(const Map& map, const std::string& name, const Anchor& anchor,
   if (!map.ResolvePose(anchor.keyframe))
     problems.push_back(
         fmt::format("anchor \"{}\": keyframe {} leads nowhere", name, anchor.keyframe.value));
-  if (!IsFinite(anchor.cam_from_anchor))
-    problems.push_back(fmt::format("anchor \"{}\": pose not finite", name));
+  if (!anchor.cam_from_anchor.IsValid())
+    problems.push_back(
+        fmt::format("anchor \"{}\": pose not finite, or its rotation no unit quaternion", name));
   if (!(anchor.size > 0) || !std::isfinite(anchor.size))
     problems.push_back(fmt::format("anchor \"{}\": size {}, must be positive", name, anchor.size));
 }
@@ -111,8 +115,9 @@ std::vector<std::string> Map::CheckInvariants() const {
   landmarks.ForEach(
       [&](LandmarkId id, const Landmark& l) { CheckLandmark(*this, id, l, problems); });
   retired.ForEach([&](KeyframeId id, const RetiredKeyframe& r) {
-    if (!IsFinite(r.cam_from_parent))
-      problems.push_back(fmt::format("retired keyframe {}: pose not finite", id.value));
+    if (!r.cam_from_parent.IsValid())
+      problems.push_back(fmt::format(
+          "retired keyframe {}: pose not finite, or its rotation no unit quaternion", id.value));
     if (!ResolvePose(id))
       problems.push_back(fmt::format("retired keyframe {}: leads nowhere", id.value));
   });

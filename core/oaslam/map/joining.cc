@@ -17,6 +17,11 @@ void MoveObject(const Similarity& new_from_old, Object& object) {
   object.covariance.leftCols<3>() = object.covariance.leftCols<3>().eval() * turn.transpose();
 }
 
+std::optional<Metre> MetreBy(const Map& other, const Similarity& world_from_other, const Map& map) {
+  if (!other.is_metric || map.is_metric) return std::nullopt;
+  return Metre{1 / world_from_other.scale, other.unit_by_objects};
+}
+
 void JoinMap(const Map& other, const Similarity& world_from_other, Map& map) {
   OASLAM_CHECK(other.cameras == map.cameras);
   const Similarity other_from_world = world_from_other.Inverse();

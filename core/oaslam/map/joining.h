@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "oaslam/geometry/similarity.h"
 #include "oaslam/map/map.h"
 
@@ -12,5 +14,14 @@ void MoveObject(const Similarity& new_from_old, Object& object);
 // merged: landmarks and objects that both maps contain exist twice afterwards. An anchor whose name
 // is taken gets a number.
 void JoinMap(const Map& other, const Similarity& world_from_other, Map& map);
+
+// What a map that is in metres tells of the unit of another one.
+struct Metre {
+  double metres_per_unit = 1;
+  std::optional<UnitByObjects> by_objects;  // what it follows from; nothing where it was given
+};
+// What `other` tells of the unit of a map with which it is joined; nothing where it is not in
+// metres itself, or the map is.
+std::optional<Metre> MetreBy(const Map& other, const Similarity& world_from_other, const Map& map);
 
 }  // namespace oaslam

@@ -72,5 +72,19 @@ TEST(JoinMap, WhatCamerasSeeStaysTheSame) {
   EXPECT_NEAR(box_in(map).y2, box_in(other).y2, 1e-6);
 }
 
+TEST(MetreBy, AMapInMetresTellsTheUnitOfTheOther) {
+  const Similarity world_from_other(2.5, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero());
+  Map map, other;
+  EXPECT_FALSE(MetreBy(other, world_from_other, map));
+  other.is_metric = true;
+  other.unit_by_objects = UnitByObjects{0.04, 5, 4};
+  const std::optional<Metre> metre = MetreBy(other, world_from_other, map);
+  ASSERT_TRUE(metre);
+  EXPECT_DOUBLE_EQ(metre->metres_per_unit, 0.4);
+  EXPECT_EQ(metre->by_objects, other.unit_by_objects);
+  map.is_metric = true;
+  EXPECT_FALSE(MetreBy(other, world_from_other, map));
+}
+
 }  // namespace
 }  // namespace oaslam

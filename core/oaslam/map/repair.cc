@@ -11,7 +11,7 @@ namespace {
 bool IsUsable(const Keyframe& keyframe, const Map& map) {
   return keyframe.features && keyframe.landmarks.size() == keyframe.features->keypoints.size() &&
          keyframe.camera >= 0 && keyframe.camera < static_cast<int>(map.cameras.size()) &&
-         IsFinite(keyframe.cam_from_world);
+         keyframe.cam_from_world.IsValid();
 }
 
 bool Knows(const Keyframe* keyframe, uint32_t keypoint, LandmarkId landmark) {
@@ -35,7 +35,7 @@ void RepairKeyframes(Map& map) {
     repaired.learned_depths.clear();
   }
   for (const KeyframeId id : map.retired.Ids())
-    if (!IsFinite(map.retired.At(id).cam_from_parent)) map.retired.Erase(id);
+    if (!map.retired.At(id).cam_from_parent.IsValid()) map.retired.Erase(id);
   for (const KeyframeId id : map.retired.Ids())
     if (!map.ResolvePose(id)) map.retired.Erase(id);
 }
@@ -102,13 +102,13 @@ void RepairObjects(Map& map) {
   for (const ObjectId id : map.objects.Ids()) {
     Object& object = map.objects.MutableAt(id);
     const Ellipsoid& e = object.ellipsoid;
-    if (!e.center.allFinite() || !e.half_axes.allFinite() || !e.rotation.coeffs().allFinite()) {
+    if (!e.center.allFinite() || !e.half_axes.allFinite() || !Rigid3::IsUnit(e.rotation)) {
       map.objects.Erase(id);
       continue;
     }
     RepairVotes(object);
     std::erase_if(object.observations, [&](const ObjectObservation& o) {
-      return !map.ResolvePose(o.reference) || !IsFinite(o.cam_from_reference) || o.camera < 0 ||
+      return !map.ResolvePose(o.reference) || !o.cam_from_reference.IsValid() || o.camera < 0 ||
              o.camera >= static_cast<int>(map.cameras.size());
     });
   }
@@ -118,15 +118,11 @@ void RepairAnchors(Map& map) {
   std::erase_if(map.anchors, [&](const auto& entry) {
     const Anchor& anchor = entry.second;
     return !map.ResolvePose(anchor.keyframe) || !(anchor.size > 0) || !std::isfinite(anchor.size) ||
-           !IsFinite(anchor.cam_from_anchor);
+           !anchor.cam_from_anchor.IsValid();
   });
 }
 
 }  // namespace
-
-bool IsFinite(const Rigid3& pose) {
-  return pose.translation.allFinite() && pose.rotation.coeffs().allFinite();
-}
 
 Map Repaired(const Map& map) {
   Map repaired = map;

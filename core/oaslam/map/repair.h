@@ -11,7 +11,4 @@ namespace oaslam {
 // with gaps is better than none.
 Map Repaired(const Map& map);
 
-// Whether all numbers of a pose are finite.
-bool IsFinite(const Rigid3& pose);
-
 }  // namespace oaslam

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/map/landmark_sets.h"
 #include "oaslam/objects/object_model.h"
 #include "oaslam/objects/usual_sizes.h"
 #include "oaslam/util/median.h"
@@ -334,18 +335,23 @@ double QuantileOf(std::vector<double> values, double share) {
   return *at;
 }
 
-// How high above the floor the camera was held, in the median; nothing where the map does not show.
+// How high above the floor the camera was held, in the median over keyframes; nothing where the map
+// does not show. The floor of a keyframe is the lowest of what it and its neighbours see, not the
+// lowest of the map: a house has several storeys.
 std::optional<double> CameraHeight(const Map& map) {
-  if (!map.up || map.landmarks.size() < kEnoughLandmarks || map.keyframes.empty())
-    return std::nullopt;
-  std::vector<double> landmarks, cameras;
-  map.landmarks.ForEach([&](LandmarkId, const Landmark& landmark) {
-    landmarks.push_back(landmark.position.dot(*map.up));
+  constexpr int kNeighbours = 10;
+  if (!map.up || map.landmarks.size() < kEnoughLandmarks) return std::nullopt;
+  std::vector<double> heights;
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
+    std::vector<double> landmarks;
+    for (const LandmarkId seen : LandmarksSeenBy(map, map.KeyframesAround(id, kNeighbours)))
+      landmarks.push_back(map.landmarks.At(seen).position.dot(*map.up));
+    if (landmarks.size() < kEnoughLandmarks) return;
+    heights.push_back(keyframe.cam_from_world.OriginInSource().dot(*map.up) -
+                      QuantileOf(std::move(landmarks), kBelowFloor));
   });
-  map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
-    cameras.push_back(keyframe.cam_from_world.OriginInSource().dot(*map.up));
-  });
-  return Median(std::move(cameras)) - QuantileOf(std::move(landmarks), kBelowFloor);
+  if (heights.empty()) return std::nullopt;
+  return Median(std::move(heights));
 }
 
 // Why a map with this unit is odd; empty where it is not.

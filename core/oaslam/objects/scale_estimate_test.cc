@@ -212,12 +212,24 @@ TEST_F(ScaleEstimateTest, ThingsWithoutAUsualSizeSayNothing) {
   EXPECT_LT(std::abs(Error(estimate)), 1);
 }
 
-// The floor as the landmarks of a room show it.
+// The floor as the landmarks of a room show it, which all keyframes see.
 Map OnAFloor(Map map) {
   Rng rng(1);
   for (uint32_t i = 0; i < 400; ++i) {
     Landmark landmark;
     landmark.position = {rng.Uniform(-2, 2), rng.Uniform(-2, 2), i % 4 ? rng.Uniform(0, 1) : 0};
+    map.landmarks.Insert(LandmarkId(i), landmark);
+    for (const KeyframeId id : map.keyframes.Ids())
+      map.keyframes.MutableAt(id).landmarks.push_back(LandmarkId(i));
+  }
+  return map;
+}
+
+// The same room, with another storey below that no keyframe at the desk sees.
+Map InTheUpperStorey(Map map) {
+  for (uint32_t i = 1000; i < 1400; ++i) {
+    Landmark landmark;
+    landmark.position = {0, 0, i % 4 ? -2 : -2.7};
     map.landmarks.Insert(LandmarkId(i), landmark);
   }
   return map;
@@ -227,6 +239,7 @@ Map OnAFloor(Map map) {
 TEST_F(ScaleEstimateTest, ModelsFilmedByAPersonAreOdd) {
   const Map desk = OnAFloor(DeskMap());
   EXPECT_TRUE(Estimate(desk).success) << Estimate(desk).why_not;
+  EXPECT_TRUE(Estimate(InTheUpperStorey(desk)).success) << Estimate(InTheUpperStorey(desk)).why_not;
   const Map models = MapOf({Desk(.5), .37, 1.5, 1.4});
   EXPECT_TRUE(Estimate(models).success);
   EXPECT_LT(std::abs(Error(Estimate(models), 2)), 1.5);

@@ -70,7 +70,7 @@ struct InverseDepthProblem {
   std::optional<LengthPrior> length;
   double corner_chi2 = 0;          // of the measurements' PseudoHuberLossOf
   double huber_chi2 = 0;           // of the turn rates, and where solutions are compared
-  double least_inverse_depth = 0;  // a point beyond infinity is no point; a little less is noise
+  double least_inverse_depth = 0;  // of a point; below 0 by what noise may do, since 0 is infinity
 };
 
 struct InverseDepthState {

@@ -91,8 +91,7 @@ void CheckMode(RelocalizationMode mode) {
 }
 
 void CheckPose(const std::optional<Rigid3>& pose) {
-  constexpr double kMaxError = 1e-6;  // of the inverse of the lens model, pixels; rounding only
-  if (pose && !(pose->translation.allFinite() && std::abs(pose->rotation.norm() - 1) < kMaxError))
+  if (pose && !pose->IsValid())
     throw InputError("pose: must be finite, and its rotation a unit quaternion");
 }
 

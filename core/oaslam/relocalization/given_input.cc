@@ -40,8 +40,8 @@ void CheckMotion(const MotionInput& given) {
     throw BadInput("motion: agreeing: {}, allowed: 0 to 1", given.agreeing);
   for (size_t i = 0; i < given.depths.size(); ++i) {
     const auto& [pixel, inverse_depth] = given.depths[i];
-    if (!pixel.allFinite() || !(inverse_depth > 0 && std::isfinite(inverse_depth)))
-      throw BadInput("motion: depth {}: must be finite, and its inverse depth positive", i);
+    if (!pixel.allFinite() || !std::isfinite(inverse_depth))
+      throw BadInput("motion: depth {}: must be finite", i);
   }
   for (size_t i = 0; i < given.corrected.size(); ++i) {
     CheckPose(given.corrected[i].odom_from_cam);
@@ -75,8 +75,9 @@ std::shared_ptr<const FrameMotion> MotionOf(const MotionInput& given, const Came
   for (const auto& [image, odom_from_cam] : given.corrected)
     motion->keyframes.emplace_back(image, odom_from_cam.Inverse());
   for (const auto& [pixel, inverse_depth] : given.depths)
-    motion->depths.push_back(
-        {Undistort(camera, pixel).cast<float>(), static_cast<float>(inverse_depth)});
+    if (inverse_depth > 0)  // noise may place a point that is far away beyond infinity
+      motion->depths.push_back(
+          {Undistort(camera, pixel).cast<float>(), static_cast<float>(inverse_depth)});
   return motion;
 }
 

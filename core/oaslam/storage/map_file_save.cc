@@ -272,14 +272,15 @@ void SyncToDisk(const std::string& path) {
   if (!synced) throw BadInput("{}: cannot be written to disk", path);
 }
 
-bool HasFinitePose(const FramePose& frame) { return IsFinite(frame.cam_from_reference); }
+bool HasPose(const FramePose& frame) { return frame.cam_from_reference.IsValid(); }
 
 void AddProblems(const Map& map, const std::vector<FramePose>& trajectory,
                  std::vector<std::string>& problems) {
   for (std::string& problem : map.CheckInvariants()) problems.push_back(std::move(problem));
   for (const FramePose& frame : trajectory)
-    if (!HasFinitePose(frame))
-      problems.push_back(fmt::format("frame {}: pose not finite", frame.frame_index));
+    if (!HasPose(frame))
+      problems.push_back(fmt::format(
+          "frame {}: pose not finite, or its rotation no unit quaternion", frame.frame_index));
 }
 
 std::vector<std::string> ProblemsOf(const SavedMap& saved) {
@@ -291,7 +292,7 @@ std::vector<std::string> ProblemsOf(const SavedMap& saved) {
 
 void Repair(Map& map, std::vector<FramePose>& trajectory) {
   map = Repaired(map);
-  std::erase_if(trajectory, std::not_fn(HasFinitePose));
+  std::erase_if(trajectory, std::not_fn(HasPose));
 }
 
 SavedMap WithoutProblems(SavedMap saved) {

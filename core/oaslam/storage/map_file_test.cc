@@ -142,6 +142,34 @@ TEST_F(MapFileTest, KeepsAnchors) {
   EXPECT_INPUT_ERROR(LoadMap(folder / "a.map"), HasSubstr("damaged"));
 }
 
+// Nothing that an application can bring into a map makes its file unreadable.
+TEST_F(MapFileTest, ReadsWhateverItHasWritten) {
+  SetLogSink([](LogLevel, const std::string&) {});  // what is left out is said
+  const Rigid3 sound(Eigen::Quaterniond::Identity(), {1, 2, 3});
+  std::vector<Rigid3> poses(6, sound);
+  poses[1].rotation.coeffs().setZero();
+  poses[2].rotation.coeffs() *= 3;
+  poses[3].rotation.coeffs()[0] = NAN;
+  poses[4].translation.y() = INFINITY;
+  poses[5].rotation.coeffs()[3] = 1e-200;
+  for (const Rigid3& pose : poses)
+    for (const int place : {0, 1, 2, 3}) {
+      SavedMap saved = MakeMap();
+      const KeyframeId keyframe = saved.map.keyframes.Ids().front();
+      if (place == 0) saved.map.anchors["it"] = {"flag", 1, keyframe, pose, {}, {0, 0, 0}};
+      if (place == 1) saved.map.keyframes.MutableAt(keyframe).cam_from_world = pose;
+      if (place == 2) saved.trajectory.front().cam_from_reference = pose;
+      if (place == 3)
+        saved.map.objects.MutableAt(saved.map.objects.Ids().front()).ellipsoid.rotation =
+            pose.rotation;
+      SaveMap(folder / "a.map", saved);
+      const SavedMap loaded = LoadMap(folder / "a.map");
+      EXPECT_THAT(loaded.map.CheckInvariants(), IsEmpty());
+      EXPECT_EQ(loaded.map.anchors.size(), place == 0 && pose.IsValid() ? 1U : 0U);
+    }
+  SetLogSink(nullptr);
+}
+
 TEST_F(MapFileTest, KeepsRecordings) {
   SavedMap saved = MakeMap();
   saved.submaps = {SubmapOf(saved, 10000)};

@@ -162,8 +162,7 @@ Eigen::Vector3d RowReader::Vector() {
 Eigen::Quaterniond RowReader::Rotation() {
   Eigen::Quaterniond q;
   for (int i = 0; i < 4; ++i) q.coeffs()[i] = Real();  // Eigen keeps x y z w
-  if (std::abs(q.norm() - 1) > 1e-3)                   // far more than rounding
-    Refuse(fmt::format("quaternion of length {}, expected 1", q.norm()));
+  if (!Rigid3::IsUnit(q)) Refuse(fmt::format("quaternion of length {}, expected 1", q.norm()));
   return q;
 }
 

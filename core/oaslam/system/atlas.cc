@@ -29,10 +29,6 @@ Map EmptyLike(const Map& map) {
   return empty;
 }
 
-bool IsLost(const ImagePose& pose) {
-  return pose.state == TrackingState::kLost || pose.state == TrackingState::kObjects;
-}
-
 // There is no map yet.
 bool IsBeginning(const ImagePose& pose) {
   return pose.state == TrackingState::kInitializing || pose.state == TrackingState::kPreliminary;
@@ -47,6 +43,7 @@ Atlas::Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Subm
   main_ = &Begin(std::move(map), is_loaded, next_keyframe);
   for (Submap& other : others) {
     other.map.cameras = cameras;
+    next_object_ = std::max(next_object_, NextObjectOf(other.map));
     submaps_.push_back({next_number_++, nullptr, 0, std::move(other), Relocalizer(config_)});
   }
 }
@@ -81,7 +78,7 @@ TrackingStep Atlas::Process(const Frame& frame) {
   const bool looks = !growing_ || !last_vain_look_ || frame.timestamp - *last_vain_look_ > kSeconds;
   TrackingStep step =
       looks ? main().Process(frame, MainContext()) : main().PassOver(frame, MainContext());
-  const bool is_vain = IsLost(step.pose) && !step.located;
+  const bool is_vain = IsLost(step.pose.state) && !step.located;
   if (looks) last_vain_look_ = is_vain ? std::optional(frame.timestamp) : std::nullopt;
   if (main().tracker().HasGivenUp()) return GoOnElsewhere(frame);
   if (mapping_ && !IsBeginning(step.pose)) step.pose = ProcessGrowing(frame, step);
@@ -103,7 +100,8 @@ TrackingStep Atlas::GoOnElsewhere(const Frame& frame) {
 // After a frame was processed in the main submap: begins, continues, joins, promotes or ends the
 // growing one. Returns the pose to report.
 ImagePose Atlas::ProcessGrowing(const Frame& frame, const TrackingStep& in_main) {
-  const bool is_found = !IsLost(in_main.pose);
+  const AtlasSubmap* const main_before = main_;
+  const bool is_found = !IsLost(in_main.pose.state);
   const bool is_seen = is_found && in_main.pose.seconds_without_map == 0;
   const auto note = [&](bool is_so, std::optional<double>& since) {
     if (!is_so || !since) since = is_so ? std::optional(frame.timestamp) : std::nullopt;
@@ -118,7 +116,7 @@ ImagePose Atlas::ProcessGrowing(const Frame& frame, const TrackingStep& in_main)
   Session& session = growing_->session();
   const TrackingStep there = session.Process(frame, GrowingContext());
   growing_->pose = there.pose;
-  note(IsLost(there.pose), growing_->lost_since);
+  note(IsLost(there.pose.state), growing_->lost_since);
   note(is_seen, growing_->found_since);
   if (session.tracker().HasGivenUp() || have_passed(kInBoth, growing_->found_since)) {
     EndGrowing();
@@ -129,26 +127,35 @@ ImagePose Atlas::ProcessGrowing(const Frame& frame, const TrackingStep& in_main)
   if (growing_ && !JoinGrowing()) {
     const bool is_larger =
         session.snapshot()->keyframes.size() > main().snapshot()->keyframes.size();
-    if (!is_larger || is_found || IsLost(there.pose) || MustStayMain()) return in_main.pose;
+    if (!is_larger || is_found || IsLost(there.pose.state) || MustStayMain()) return in_main.pose;
     AtlasSubmap& smaller = *main_;
     Lead(*std::exchange(growing_, std::nullopt)->submap);
     Rest(smaller);
   }
   lost_since_.reset();
   const ImagePose now = main().tracker().Present(*main().snapshot());
-  return now.cam_from_world ? now : in_main.pose;
+  // A pose in the former main submap is none in the present one.
+  return now.cam_from_world || main_ != main_before ? now : in_main.pose;
 }
 
 std::optional<std::pair<int, ImagePose>> Atlas::PoseInGrowing() const {
-  if (!growing_ || IsLost(growing_->pose) || IsBeginning(growing_->pose)) return std::nullopt;
+  if (!growing_ || IsLost(growing_->pose.state) || IsBeginning(growing_->pose)) return std::nullopt;
   return std::pair{growing_->submap->number, growing_->pose};
 }
 
-// Ends the submap that grows, if there is one, and begins another.
+// Ends the submap that grows, if there is one, and begins another. It shares no id with the others:
+// whichever of them it is joined with, that one keeps the ids that the application knows.
 void Atlas::BeginGrowing() {
   EndGrowing();
   main().Submit(AdoptAdjustment{});
-  growing_ = Growth{&Begin(EmptyLike(*main().snapshot()), false, main_->next_keyframe)};
+  Map empty = EmptyLike(*main().snapshot());
+  uint32_t next_keyframe = main_->next_keyframe;
+  for (const AtlasSubmap* waiting : Waiting()) {
+    const NextIds next = NextIdsOf(waiting->content.map);
+    next_keyframe = std::max(next_keyframe, next.keyframe);
+    empty.next_landmark = std::max(empty.next_landmark, next.landmark);
+  }
+  growing_ = Growth{&Begin(std::move(empty), false, next_keyframe)};
 }
 
 // Ends the growing submap, if there is one: it waits.
@@ -295,11 +302,7 @@ void Atlas::SetMetresPerUnit(double metres, const std::optional<UnitByObjects>& 
   EndGrowing();
   main().ScaleToMetres(metres, by_objects);
   if (main().failure()) return;
-  for (auto& [number, joining] : joinings_)
-    if (joining.into == main_->number)
-      joining.into_from_joined =
-          Similarity(metres, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()) *
-          joining.into_from_joined;
+  ScaleJoinings(main_->number, metres);
 }
 
 void Atlas::ForceRelocalization(const std::optional<Rigid3>& near) {

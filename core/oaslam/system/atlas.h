@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "oaslam/config.h"
+#include "oaslam/map/joining.h"
 #include "oaslam/map/submap.h"
 #include "oaslam/relocalization/relocalizer.h"
 #include "oaslam/system/session.h"
@@ -49,8 +50,9 @@ struct AtlasSubmap {
 //   lost in the growing submap, too, that one waits.
 // - A growing submap takes the place of the main one when it has become larger, while the camera is
 //   lost in the main one, or when that is given up, being too small to find the camera again. Where
-//   it meets a waiting one while the camera is lost in the main one, that one becomes the main one
-//   again. A main submap that was loaded, has anchors or is in metres keeps its place.
+//   the place of the growing submap in a waiting one is found, while the camera is lost in the main
+//   one, the waiting one becomes the main submap and the growing one is joined with it. A main
+//   submap that was loaded, has anchors or is in metres keeps its place.
 class Atlas {
  public:
   // `is_loaded`: the camera is looked for in `map`, which stays the main submap unless it is empty,
@@ -95,6 +97,9 @@ class Atlas {
   // The submaps that were joined with the main one, directly or not, by number: main_from_submap,
   // as it was when they were joined, in the present unit.
   std::map<int, Similarity> Joined() const;
+  // What a submap that was joined with the main one tells of the unit of that, once after the
+  // joining: the main one is to be scaled to metres.
+  std::optional<Metre> TakeMetre() { return std::exchange(metre_, std::nullopt); }
   // All submaps but the main one, by descending number of keyframes, numbered so that no two share
   // an id. Waits for the mapping of the growing one.
   std::vector<Submap> Others();
@@ -131,6 +136,7 @@ class Atlas {
   std::optional<SubmapAlignment> PlaceIn(const Map& world, const std::vector<FramePose>& trajectory,
                                          const AtlasSubmap& waiting,
                                          Relocalizer& relocalizer) const;
+  void ScaleJoinings(int into, double factor);
   void JoinAll();
   void PromoteLargest();
   void Wake(AtlasSubmap& waiting);
@@ -161,6 +167,7 @@ class Atlas {
     Similarity into_from_joined;
   };
   std::map<int, Joining> joinings_;
+  std::optional<Metre> metre_;  // of the main submap, by one that was joined with it
   std::exception_ptr failure_;  // exception of a session that has ended
   std::jthread ending_;         // destroys a session; in live mode
 };

@@ -120,9 +120,6 @@ void Atlas::LookFor(const Frame& keyframe, AtlasSubmap& in, AtlasSubmap& waiting
 // The camera is lost in the main submap, and the growing one has met one that waits: that one
 // becomes the main one again, in its own frame, and the growing one is joined with it.
 void Atlas::GoBackTo(AtlasSubmap& waiting) {
-  AtlasSubmap& growing = *growing_->submap;
-  const NextIds free{growing.next_keyframe, growing.session->Newest()->next_landmark, next_object_};
-  waiting.content = Renumbered(waiting.content, free);
   growing_->to_main = std::exchange(waiting.link, {});
   AtlasSubmap& left = *main_;
   Wake(waiting);
@@ -136,7 +133,10 @@ bool Atlas::JoinWaiting(const AtlasSubmap& waiting, const SubmapAlignment& world
   Session& session = *into.session;
   const NextIds free{into.next_keyframe, session.Newest()->next_landmark, next_object_};
   const Submap joining = Renumbered(waiting.content, free);
+  const std::optional<Metre> metre =
+      MetreBy(joining.map, world_from_waiting.other_from_this, *session.snapshot());
   if (!Join(joining, world_from_waiting, session)) return false;
+  if (metre && &into == main_) metre_ = metre;
   const NextIds next = NextIdsOf(joining.map);
   into.next_keyframe = std::max(into.next_keyframe, next.keyframe);
   next_object_ = std::max(next_object_, next.object);
@@ -153,13 +153,31 @@ bool Atlas::JoinWaiting(const AtlasSubmap& waiting, AtlasSubmap& into) {
                                          world_from_other->other_from_this))
     return false;
   const Submap joining = Renumbered(other, NextIdsOf(map));
+  const std::optional<Metre> metre = MetreBy(joining.map, world_from_other->other_from_this, map);
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
   JoinSubmap(joining.map, world_from_other->other_from_this, config_, rng, map);
   AdoptPoses(joining.trajectory, world_from_other->other_from_this.scale, trajectory);
   ++map.version;
   joinings_[waiting.number] = {into.number, world_from_other->other_from_this};
+  if (metre) {
+    map.Scale(metre->metres_per_unit);
+    map.is_metric = true;
+    map.unit_by_objects = metre->by_objects;
+    for (FramePose& pose : trajectory)
+      pose.cam_from_reference.translation *= metre->metres_per_unit;
+    ScaleJoinings(into.number, metre->metres_per_unit);
+  }
   SayJoined(main().tracker().newest_frame(), joining, *world_from_other);
   return true;
+}
+
+// After the lengths of a submap were multiplied.
+void Atlas::ScaleJoinings(int into, double factor) {
+  for (auto& [number, joining] : joinings_)
+    if (joining.into == into)
+      joining.into_from_joined =
+          Similarity(factor, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()) *
+          joining.into_from_joined;
 }
 
 std::map<int, Similarity> Atlas::Joined() const {

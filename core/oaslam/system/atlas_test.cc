@@ -164,10 +164,14 @@ TEST_F(AtlasTest, AGrowingSubmapLeadsWhereTheMainOneIsGivenUp) {
 TEST_F(AtlasTest, ASubmapLeadsAgainWhereTheCameraIsBack) {
   Atlas atlas(SlamConfig(), map_, false, {});
   Walk(atlas, 0, 110, 0, Scene::kLeft);
+  const std::vector<KeyframeId> ids = atlas.main().Newest()->keyframes.Ids();
   Walk(atlas, 110, 240, 109, Scene::kRight, -1);
   ASSERT_EQ(atlas.main_number(), 1);
   Walk(atlas, 350, 110, 0, Scene::kLeft);
   EXPECT_EQ(atlas.main_number(), 0);
+  // It keeps the numbers that an application may have in its hands.
+  const std::shared_ptr<const Map> back = atlas.main().Newest();
+  for (const KeyframeId id : ids) EXPECT_TRUE(back->ResolvePose(id)) << id.value;
   const Tracker& tracker = atlas.main().tracker();
   EXPECT_TRUE(tracker.HasTracked(30) && tracker.HasTracked(459));
   EXPECT_LT(AbsoluteError(*atlas.main().Newest(), tracker.trajectory()), 0.02);
@@ -276,6 +280,24 @@ TEST_F(AtlasTest, ASubmapOfAnEarlierRunIsJoinedByALaterOne) {
   EXPECT_THAT(later.Others(), IsEmpty());
   EXPECT_TRUE(FramesOf(later.main().tracker().trajectory()).contains(30));
   EXPECT_LT(AbsoluteError(*later.main().snapshot(), later.main().tracker().trajectory()), 0.01);
+}
+
+TEST_F(AtlasTest, ASubmapInMetresTellsTheUnitOfTheMainOne) {
+  const auto first = WalkPastBoth();
+  first->Finish();
+  std::vector<Submap> others = first->Others();
+  ASSERT_THAT(others, SizeIs(1));
+  const double metres = 3;
+  others[0].map.Scale(metres);
+  others[0].map.is_metric = true;
+  for (FramePose& pose : others[0].trajectory) pose.cam_from_reference.translation *= metres;
+  Atlas later(SlamConfig(), *first->main().snapshot(), true, others);
+  EXPECT_FALSE(later.TakeMetre());
+  Walk(later, 160, 80, 20, Scene::kAll);
+  later.Finish();
+  ASSERT_THAT(later.Others(), IsEmpty());
+  EXPECT_TRUE(later.TakeMetre());
+  EXPECT_FALSE(later.TakeMetre());
 }
 
 TEST_F(AtlasTest, RunsRepeatExactly) {

@@ -114,6 +114,15 @@ TEST_F(GivenInputTest, ASingleImageIsFoundByItsKeyPoints) {
   EXPECT_FALSE(slam_.Relocalize(input).world_from_cam);
 }
 
+// An odometry of inverse depths lets noise place what is far away beyond infinity.
+TEST_F(GivenInputTest, APointBeyondInfinityIsNone) {
+  MakeMap(60);
+  ImageInput input = InputAt(60);
+  input.motion->depths.push_back({{100, 100}, -0.001});
+  input.motion->depths.push_back({{200, 100}, 0});
+  EXPECT_EQ(slam_.Process(input).state, TrackingState::kTracking);
+}
+
 TEST_F(GivenInputTest, IsChecked) {
   const auto refused = [&](auto change) {
     ImageInput input = InputAt(0);
@@ -138,7 +147,7 @@ TEST_F(GivenInputTest, IsChecked) {
   EXPECT_INPUT_ERROR(refused([](ImageInput& in) { in.motion->run = -1; }), HasSubstr("run: -1"));
   EXPECT_INPUT_ERROR(refused([](ImageInput& in) { in.motion->agreeing = 2; }),
                      HasSubstr("agreeing"));
-  EXPECT_INPUT_ERROR(refused([](ImageInput& in) { in.motion->depths[1].inverse_depth = 0; }),
+  EXPECT_INPUT_ERROR(refused([](ImageInput& in) { in.motion->depths[1].inverse_depth = NAN; }),
                      HasSubstr("depth 1"));
   EXPECT_INPUT_ERROR(refused([](ImageInput& in) {
                        in.motion->corrected = {{2, {}}, {2, {}}};

@@ -137,6 +137,7 @@ TEST_F(LateDetections, FindALostCameraByObjects) {
   EXPECT_EQ(states_.back(), TrackingState::kLost);
   const auto found = session.AddDetections(kBlind + 3, Detect(kBlind + 3), Context());
   ASSERT_TRUE(found);
+  EXPECT_GT(found->pose.depth, 0.5);
   ASSERT_TRUE(found->located);
   // The distance from a tracked frame, in units of the distance from frame 40 to that frame, so
   // that it does not depend on the map's unit.

@@ -73,6 +73,11 @@ void Slam::Impl::Begin(SavedMap saved, WorldId world, bool is_loaded) {
   atlas_ = std::move(atlas);
   worlds_ = {{atlas_->main_number(), world}};
   odometry_.emplace(camera_, OdometryOptions{}, static_cast<uint64_t>(config_.runner.seed));
+  if (still_parts_) {  // what was found is of the images so far, whose times may begin again
+    still_parts_.emplace();
+    mask_ = {};
+    frame_maker_.SetMask(mask_);
+  }
   odometry_->SetMask(mask_);
   audit_ = {};
   trails_ = {};
@@ -270,6 +275,7 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   result.cpu_ms = cpu_features + cpu_track;
   newest_ = result;
   Post();
+  TakeMetre();
   return result;
 }
 
@@ -352,6 +358,11 @@ AnchorReport Slam::Impl::ChangeAnchors(
   PostChange();
   ExpectMapping();
   return report;
+}
+
+void Slam::Impl::TakeMetre() {
+  if (const std::optional<Metre> metre = atlas_->TakeMetre())
+    SetMetresPerUnit(metre->metres_per_unit, metre->by_objects);
 }
 
 void Slam::Impl::SetMetresPerUnit(double metres, const std::optional<UnitByObjects>& by_objects) {

@@ -64,6 +64,8 @@ class OASLAM_LOCAL Slam::Impl {
   void PostChange();
   // Slam::SetMetresPerUnit; `by_objects`: what the metre follows from, nothing where it was given.
   void SetMetresPerUnit(double metres, const std::optional<UnitByObjects>& by_objects);
+  // The same, where the map was joined with one that is in metres.
+  void TakeMetre();
 
   SlamConfig config_;
   Camera camera_;

@@ -33,13 +33,15 @@ double ConfidenceOfTracked(int inliers) { return 1 / (1 + std::pow(inliers / 16.
 
 }  // namespace
 
-ImagePose PoseWithoutLandmarks(PoseSource source, const ExpectedPose& pose, double confidence) {
+ImagePose PoseWithoutLandmarks(PoseSource source, const ExpectedPose& pose, double confidence,
+                               double depth) {
   return {.state = TrackingState::kObjects,
           .source = source,
           .cam_from_world = pose.cam_from_world,
           .covariance = pose.Covariance(),
           .confidence = confidence,
-          .is_uncertain = confidence < kSureConfidence};
+          .is_uncertain = confidence < kSureConfidence,
+          .depth = depth};
 }
 
 ImagePose PoseBeforeMap(const FrameMotion* motion) {

@@ -25,11 +25,12 @@ struct ImagePose {
   double seconds_without_map = 0;
   int matched = 0, inliers = 0;  // landmarks: found, and those that agree with the pose
   int objects = 0;               // mapped ones that are seen
-  double depth = 0;              // median, of the landmarks that support the pose, map units
+  double depth = 0;              // median, of what supports the pose, map units; 0: not known
 };
 
-// A pose of a camera that is lost, without landmarks.
-ImagePose PoseWithoutLandmarks(PoseSource source, const ExpectedPose& pose, double confidence);
+// A pose of a camera that is lost, without landmarks. `depth`: median, of what the image shows.
+ImagePose PoseWithoutLandmarks(PoseSource source, const ExpectedPose& pose, double confidence,
+                               double depth);
 // Before there is a map, which will have the frame and the unit of the odometry. `motion`: null
 // where it is not known.
 ImagePose PoseBeforeMap(const FrameMotion* motion);
@@ -47,9 +48,10 @@ inline constexpr double kSureConfidence = 0.9;
 // of the map in view is tied to the rest, and by how well this film holds its scale.
 class PoseCertainty {
  public:
-  // The answer for an image with a pose in the map. `best_confidence`: the highest
-  // confidence of the poses that the map gave since the camera was last lost. It never falls, since
-  // a pose near where the motion led is as right as the one before it.
+  // The answer for an image with a pose in the map. `best_confidence`: the highest confidence of
+  // the poses that the map gave since the camera was last lost. The confidence of a pose does not
+  // fall below it, apart from its covariance: each pose was looked for near the one before it, so
+  // that few landmarks in one image do not make a wrong place likely.
   ImagePose PoseToReport(const Frame& frame, const Map& map, const TrackReport& tracked,
                          TrackingState state, const OdometryLink& link, double& best_confidence);
 

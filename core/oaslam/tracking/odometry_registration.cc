@@ -89,7 +89,8 @@ std::optional<OdometryRegistration::Registered> OdometryRegistration::PoseOf(
   const double sigma = Median(std::move(sigmas));
   return Registered{{(Similarity(frame.motion->cam_from_odom) * fit.b_from_a.Inverse()).AsPose(),
                      sigma / std::numbers::sqrt3, kSigmaOfRotation},
-                    agreeing};
+                    agreeing,
+                    fit.b_from_a.scale};
 }
 
 }  // namespace oaslam

@@ -22,6 +22,7 @@ class OdometryRegistration {
   struct Registered {
     ExpectedPose pose;
     double agreeing = 0;  // share of the images that were found
+    double unit = 1;      // of the odometry, map units
   };
   // The pose of an image in the map; nothing where the images that were found do not agree, or are
   // not of its run, or too long ago.

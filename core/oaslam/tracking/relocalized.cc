@@ -2,10 +2,13 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "oaslam/relocalization/by_points.h"
 #include "oaslam/tracking/continuity.h"
 #include "oaslam/tracking/tracker.h"
+#include "oaslam/util/median.h"
 
 namespace oaslam {
 namespace {
@@ -13,6 +16,21 @@ namespace {
 ExpectedPose ExpectedBy(const Relocalization& found) {
   return {found.cam_from_world, found.sigma_position() / std::numbers::sqrt3,
           found.objects.relative_sigma};
+}
+
+// Of the centers of the objects that were found, along the optical axis; map units.
+double MedianDepthOfObjects(const Map& map, const Relocalization& found) {
+  std::vector<double> depths;
+  for (const auto& [detection, object] : found.objects.matched)
+    depths.push_back((found.cam_from_world * map.objects.At(object).ellipsoid.center).z());
+  return depths.empty() ? 0 : Median(std::move(depths));
+}
+
+// Of the points that the odometry follows, in its unit; 0 without any.
+double MedianDepthOfMotion(const FrameMotion& motion) {
+  std::vector<double> inverse;
+  for (const FrameMotion::KnownDepth& point : motion.depths) inverse.push_back(point.inverse_depth);
+  return inverse.empty() ? 0 : 1 / Median(std::move(inverse));
 }
 
 }  // namespace
@@ -84,8 +102,8 @@ TrackReport Tracker::Confirm(const Frame& frame, const Map& map, const Relocaliz
 TrackingStep Tracker::PlaceByObjects(const Frame& frame, const Map& map,
                                      const Relocalization& found, const TrackingContext& context) {
   const bool is_sure = found.objects.relative_sigma <= config_.tracking.max_object_sigma;
-  const ImagePose by_objects =
-      PoseWithoutLandmarks(PoseSource::kObjects, ExpectedBy(found), found.confidence);
+  const ImagePose by_objects = PoseWithoutLandmarks(
+      PoseSource::kObjects, ExpectedBy(found), found.confidence, MedianDepthOfObjects(map, found));
   search_.Register(frame, map, found, link_.UnitFor(frame));
   TrackingStep step{is_sure ? Record(frame, map, by_objects)
                             : PlaceByRegistration(frame, map, context)};
@@ -104,7 +122,8 @@ ImagePose Tracker::PlaceByRegistration(const Frame& frame, const Map& map,
   const auto registered = search_.Registered(frame);
   if (!registered) return {};
   const ImagePose pose =
-      PoseWithoutLandmarks(PoseSource::kRegistration, registered->pose, registered->agreeing);
+      PoseWithoutLandmarks(PoseSource::kRegistration, registered->pose, registered->agreeing,
+                           registered->unit * MedianDepthOfMotion(*frame.motion));
   return context.IsMapping() ? pose : Record(frame, map, pose);
 }
 

@@ -9,6 +9,7 @@
 #include "oaslam/relocalization/by_points.h"
 #include "oaslam/tracking/initializer.h"
 #include "oaslam/tracking/pose_tracking.h"
+#include "oaslam/util/log.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
@@ -68,9 +69,20 @@ void Tracker::FollowLoops(const Map& map) {
 TrackingStep Tracker::Track(const Frame& frame, const Map& map, const TrackingContext& context) {
   Take(frame);
   FollowLoops(map);
+  BoundTrajectory(context);
   if (std::holds_alternative<Initializing>(phase_)) return Initialize(frame, context);
   if (std::holds_alternative<Following>(phase_)) return Follow(frame, map, context);
   return Search(frame, map, context);
+}
+
+// Without mapping the camera may be followed for days.
+void Tracker::BoundTrajectory(const TrackingContext& context) {
+  constexpr size_t kMost = 100'000;  // about an hour at 30 Hz
+  if (context.IsMapping())
+    last_mapped_ = newest_.frame.index;
+  else if (trajectory_.KeepNewestAfter(last_mapped_, kMost) && !std::exchange(has_forgotten_, true))
+    Log(LogLevel::kInfo,
+        "the trajectory has only the newest {} poses from now on, since no map is made", kMost);
 }
 
 TrackingStep Tracker::PassOver(const Frame& frame, const Map& map, const TrackingContext& context) {
@@ -417,6 +429,12 @@ std::optional<TrackingStep> Tracker::AddDetections(int frame_index,
                      .inliers = late->inliers}};
   step.pose.objects = objects_.Observe(*late, map, *context.next_object);
   return step;
+}
+
+std::optional<double> Tracker::MotionUnit(const Frame& frame) const {
+  if (const std::optional<double> by_points = link_.UnitFor(frame)) return by_points;
+  const auto registered = search_.Registered(frame);
+  return registered ? std::optional(registered->unit) : std::nullopt;
 }
 
 bool Tracker::HasTracked(int frame_index) const {

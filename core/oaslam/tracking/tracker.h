@@ -118,7 +118,7 @@ class Tracker {
   std::optional<Rigid3> PoseOf(int frame_index, const Map& map) const;
   // The length of the odometry's unit in the map; nothing as long as it is not known for the run of
   // this image.
-  std::optional<double> MotionUnit(const Frame& frame) const { return link_.UnitFor(frame); }
+  std::optional<double> MotionUnit(const Frame& frame) const;
   int newest_frame() const { return newest_.frame.index; }
   // Time stamp of the newest image whose pose the map gave; minus infinity where there is none.
   double seen_at() const { return link_.seen_at(); }
@@ -140,6 +140,7 @@ class Tracker {
   static TrackedFrame Placed(const Frame& frame, const Map& map, const TrackReport& tracked);
   void Take(const Frame& frame);
   void FollowLoops(const Map& map);
+  void BoundTrajectory(const TrackingContext& context);
   // Of each phase: what becomes of an image.
   TrackingStep Initialize(const Frame& frame, const TrackingContext& context);
   TrackingStep Follow(const Frame& frame, const Map& map, const TrackingContext& context);
@@ -190,7 +191,9 @@ class Tracker {
   double usual_spread_ = 0;        // of the landmarks in the image, over the last seconds
   std::vector<LandmarkUse> uses_;  // since the newest keyframe
   Trajectory trajectory_;
-  KeyframeUnits units_;  // that the lengths here have
+  int last_mapped_ = -1;        // newest frame with which the map was extended
+  bool has_forgotten_ = false;  // poses of the trajectory
+  KeyframeUnits units_;         // that the lengths here have
 };
 
 }  // namespace oaslam

@@ -112,6 +112,15 @@ const FramePose* Trajectory::PoseOf(int frame_index) const {
   return place != poses_.end() && place->frame_index == frame_index ? &*place : nullptr;
 }
 
+bool Trajectory::KeepNewestAfter(int frame_index, size_t most) {
+  const auto first = std::ranges::upper_bound(poses_, frame_index, {}, &FramePose::frame_index);
+  const auto count = static_cast<size_t>(poses_.end() - first);
+  if (count <= most + most / 8)
+    return false;  // many are erased at once, since that moves all others
+  poses_.erase(first, first + static_cast<std::ptrdiff_t>(count - most));
+  return true;
+}
+
 void Trajectory::Clear() {
   poses_.clear();
   unrefined_.clear();

@@ -35,6 +35,9 @@ class Trajectory {
   void Scale(double factor);
   // The same of what is relative to certain keyframes.
   void Scale(const std::map<KeyframeId, double>& factors);
+  // Of the poses of frames after `frame_index` keeps about the newest `most`. Returns whether it
+  // has forgotten any.
+  bool KeepNewestAfter(int frame_index, size_t most);
   // Returns null where the frame has no pose.
   const FramePose* PoseOf(int frame_index) const;
   void Clear();

@@ -82,5 +82,22 @@ TEST(Trajectory, FramesComeInAnyOrderAndKeyframesCarryThemselves) {
   EXPECT_EQ(trajectory.poses().back().cam_from_reference.translation, Eigen::Vector3d(0, 0, 0));
 }
 
+TEST(Trajectory, ForgetsTheOldestOfThoseThatWereNotMapped) {
+  const TrajectoryScene s;
+  Trajectory trajectory;
+  const auto add = [&](int first, int end) {
+    for (int i = first; i < end; ++i) trajectory.Add(s.Pose(i), s.frame, {});
+  };
+  add(0, 10);
+  EXPECT_FALSE(trajectory.KeepNewestAfter(9, 8));
+  add(10, 19);
+  EXPECT_FALSE(trajectory.KeepNewestAfter(9, 8));  // many are forgotten at once
+  add(19, 30);
+  EXPECT_TRUE(trajectory.KeepNewestAfter(9, 8));
+  EXPECT_EQ(trajectory.poses().size(), 18U);
+  EXPECT_TRUE(trajectory.PoseOf(0) && trajectory.PoseOf(9) && trajectory.PoseOf(22));
+  EXPECT_FALSE(trajectory.PoseOf(10) || trajectory.PoseOf(21));
+}
+
 }  // namespace
 }  // namespace oaslam

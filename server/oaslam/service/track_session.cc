@@ -161,8 +161,9 @@ StreamStep Tracking::Image(const ImageRequest& request, const nlohmann::json& he
   TrackingResult tracked;
   if (slam_ && camera) tracked = slam_->Process(input);
   const std::optional<Rigid3> pose = tracked.PoseIn(tracked.world);
-  is_lost_ = !pose;
+  is_lost_ = IsLost(tracked.state);
   answer["state"] = ToString(tracked.state);
+  answer["source"] = ToString(tracked.source);
   if (pose) {
     answer["pose"] = JsonOf(*pose);
     answer["depth"] = tracked.depth;

@@ -123,6 +123,7 @@ TEST_F(TrackWorkTest, AnImageIsAnsweredAlsoWhereItIsNotFound) {
   EXPECT_EQ(pose["time"], 1);
   EXPECT_EQ(pose["state"], "lost");
   EXPECT_EQ(pose["dropped"], 5);
+  EXPECT_EQ(pose["source"], "none");
   EXPECT_FALSE(pose.contains("pose"));
   EXPECT_THAT(state_->metrics.Text({}), HasSubstr("oaslam_tracked_total{state=\"lost\"} 1\n"));
   EXPECT_INPUT_ERROR(Image("no image"), HasSubstr("neither a JPEG nor a PNG"));

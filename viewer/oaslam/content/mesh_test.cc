@@ -55,7 +55,9 @@ TEST(GlbOf, IsAFileOfGltf) {
     EXPECT_EQ(number(glb, 20 + json_size), buffer.size());
     const auto& primitive = document["meshes"][0]["primitives"][0];
     const auto bytes_of = [&](const nlohmann::json& accessor) {
-      const auto& view = document["bufferViews"][document["accessors"][accessor.get<size_t>()]["bufferView"].get<size_t>()];
+      const auto& view =
+          document["bufferViews"]
+                  [document["accessors"][accessor.get<size_t>()]["bufferView"].get<size_t>()];
       return buffer.substr(view.value("byteOffset", size_t{0}), view["byteLength"].get<size_t>());
     };
     const std::string_view positions = bytes_of(primitive["attributes"]["POSITION"]);
@@ -65,7 +67,8 @@ TEST(GlbOf, IsAFileOfGltf) {
       std::memcpy(read.data(), positions.data() + 12 * i, 12);
       ASSERT_LT((read - mesh.positions[i]).norm(), 1e-6);
     }
-    EXPECT_EQ(document["accessors"][primitive["indices"].get<size_t>()]["count"], 3 * mesh.triangles.size());
+    EXPECT_EQ(document["accessors"][primitive["indices"].get<size_t>()]["count"],
+              3 * mesh.triangles.size());
   }
 }
 

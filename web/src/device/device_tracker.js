@@ -25,8 +25,8 @@ import { surfaceAt } from "./surface.js";
 
 const SURE = 500; // ms between images while the place is sure
 const SLOW = { sure: 1000, unsure: 300 }; // ms after which the next image is sent although the last is not answered
-// What the odometry may have added to the error of the position, as shares of the depth: content appears when it is better than the first, and goes when it is worse than the second. While the motion is
-// preliminary it goes at the first already.
+// The error that the odometry may have added to the position since the last answers, as a share of the depth. Below APPEARS content is shown; above GOES it is
+// hidden again. While the motion is preliminary it is hidden above APPEARS.
 const APPEARS = 0.01, GOES = 0.1;
 const UNSURE = 0.006; // share of the depth from which on an answer is asked for at once
 const OTHER_LENS = 0.02; // share by which the focal length must be off for the odometry to begin anew
@@ -236,6 +236,7 @@ export class DeviceTracker extends EventTarget {
     try {
       await stream.sendImage(encoded);
     } catch (error) {
+      if (sharesFeatures && sharesFeatures !== this.#odometry) return stream.giveUp(id); // the images have another size by now
       this.#tell("problem", /** @type {Error} */ (error).message);
     }
   }

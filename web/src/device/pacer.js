@@ -27,6 +27,10 @@ export class Pacer {
     this.last = now;
   }
 
+  givenUp(id) {
+    this.flying = this.flying.filter((each) => each.id !== id);
+  }
+
   // The server has dropped all images before the one that it answers.
   answered(id) {
     this.flying = this.flying.filter((each) => each.id > id);

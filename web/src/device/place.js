@@ -166,6 +166,8 @@ export class Place {
   take(answer, sighting, now) {
     const { newest } = this;
     if (!answer.pose || !SEEN.has(answer.state) || !sighting || sighting.run !== newest?.run) return false;
+    // A pose that the service has from this odometry and earlier answers is no new evidence; and nothing can be weighed without a depth.
+    if (answer.source === "registration" || !(answer.depth > 0)) return false;
     const known = this.knownOf(answer, sighting, newest);
     const wasGuess = !sighting.isPreliminary && this.known.every((each) => each.sighting.isPreliminary);
     const shown = this.fit && !wasGuess && this.poseOf(newest, now);

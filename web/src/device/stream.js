@@ -58,6 +58,11 @@ export class Stream extends EventTarget {
     }
   }
 
+  /** An image that was begun is not sent. @param {number} id */
+  giveUp(id) {
+    this.pacer.givenUp(id);
+  }
+
   /** @param {Request} message */
   send(message) {
     this.link.send(message);
