@@ -33,6 +33,9 @@ include(OaslamRooms)
 include(OaslamEmbed)
 if(OASLAM_BUILD_TESTS)
   include(OaslamTests)
+else()
+  function(oaslam_part_tests)
+  endfunction()
 endif()
 
 # oaslam_part(NAME): the folder NAME of the repository, unless it is a part of this build already.

@@ -52,9 +52,6 @@ endfunction()
 # The unit tests of this part's rooms, which stand beside the code: a room's tests make one program. What several of them need is in
 # the folder tests of the part, or of those below it.
 function(oaslam_part_tests)
-  if(NOT OASLAM_BUILD_TESTS)
-    return()
-  endif()
   if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/tests)
     set_property(GLOBAL APPEND PROPERTY OASLAM_TEST_INCLUDE_DIRS ${CMAKE_CURRENT_SOURCE_DIR}/tests)
   endif()
