@@ -8,6 +8,7 @@
 #include "commands.h"
 #include "other_programs.h"
 #include "program.h"
+#include "run_view.h"
 
 namespace oaslam::apps {
 namespace {
@@ -37,6 +38,7 @@ oaslam COMMAND --help lists the options of a command, oaslam --help the commands
 }  // namespace
 
 int RunOaslam(int argc, char** argv, std::shared_ptr<RunView> view, void (*add_view)(CLI::App&)) {
+  if (!view) view = std::make_shared<RunView>();
   const bool has_viewer = add_view != nullptr;
   const char* other = OtherProgram(argc, argv);
   if (other && !(has_viewer && other == std::string_view("oaslam-viewer")))

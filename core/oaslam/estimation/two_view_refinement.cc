@@ -1,6 +1,5 @@
 #include "oaslam/estimation/two_view_refinement.h"
 
-#include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -8,6 +7,7 @@
 #include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/geometry/skew.h"
+#include "oaslam/geometry/symmetric_eigen.h"
 
 namespace oaslam {
 namespace {
@@ -85,8 +85,7 @@ RefinedMotion RefineMotion(const RayMatches& matches, const Rigid3& start) {
   const Eigen::Matrix<double, 5, 5> covariance =
       end.hessian.ldlt().solve(Eigen::Matrix<double, 5, 5>::Identity());
   const Eigen::Matrix2d direction = covariance.topLeftCorner<2, 2>();
-  const double variance =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(direction).eigenvalues()(1);
+  const double variance = EigenOfSymmetric(direction).values(1);
   const double sigma_deg = std::sqrt(variance) * 180 / std::numbers::pi;
   // 180 degrees also where the estimate is not finite.
   result.direction_sigma_deg = sigma_deg >= 0 && sigma_deg < 180 ? sigma_deg : 180;

@@ -1,19 +1,19 @@
 #include "oaslam/geometry/ellipse.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "oaslam/geometry/box.h"
+#include "oaslam/geometry/symmetric_eigen.h"
 
 namespace oaslam {
 
 PrincipalAxes PrincipalAxesOf(const Eigen::Matrix2d& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance);  // ascending
-  const Eigen::Vector2d half = axes.eigenvalues().cwiseMax(0).cwiseSqrt();
-  const Eigen::Vector2d major = axes.eigenvectors().col(1);
+  const SymmetricEigen2 axes = EigenOfSymmetric(covariance);
+  const Eigen::Vector2d half = axes.values.cwiseMax(0).cwiseSqrt();
+  const Eigen::Vector2d major = axes.vectors.col(1);
   double angle = std::atan2(major.y(), major.x());
   if (angle > std::numbers::pi / 2) angle -= std::numbers::pi;
   if (angle <= -std::numbers::pi / 2) angle += std::numbers::pi;

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/geometry/symmetric_eigen.h"
 #include "oaslam/map/landmark_sets.h"
 #include "oaslam/objects/object_model.h"
 #include "oaslam/objects/usual_sizes.h"
@@ -80,9 +81,9 @@ Eigen::Matrix3d AxesOf(const Ellipsoid& ellipsoid, const UsualSize& size,
   Eigen::Matrix<double, 3, 2> ground;
   ground << level, up.cross(level);
   const Eigen::Matrix2d shadow = ground.transpose() * shape * ground;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> sorted(shadow);
+  const SymmetricEigen2 sorted = EigenOfSymmetric(shadow);
   Eigen::Matrix3d axes;
-  axes << ground * sorted.eigenvectors().col(1), ground * sorted.eigenvectors().col(0), up;
+  axes << ground * sorted.vectors.col(1), ground * sorted.vectors.col(0), up;
   return axes;
 }
 

@@ -1,6 +1,5 @@
 #include "oaslam/tracking/pose_tracking.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -10,6 +9,7 @@
 #include "oaslam/estimation/pose_by_matches.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/pose_step.h"
+#include "oaslam/geometry/symmetric_eigen.h"
 #include "oaslam/matching/descriptor_match.h"
 #include "oaslam/matching/point_observation.h"
 #include "oaslam/matching/projection_search.h"
@@ -37,9 +37,8 @@ double Spread(const PoseReport& pose, const MatchedPoints& matched, const Camera
   }
   if (pose.inliers == 0) return 0;
   const Eigen::Vector2d mean = sum / pose.inliers;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(
-      squares / pose.inliers - mean * mean.transpose(), Eigen::EigenvaluesOnly);
-  return pose.inliers * std::max(0.0, eigen.eigenvalues()(0));
+  const SymmetricEigen2 eigen = EigenOfSymmetric(squares / pose.inliers - mean * mean.transpose());
+  return pose.inliers * std::max(0.0, eigen.values(0));
 }
 
 TrackReport Report(const Camera& camera, const Map& map, const PoseReport& pose,
