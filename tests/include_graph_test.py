@@ -231,6 +231,16 @@ def test_a_part_needs_none_above_it():
         assert rooms & above == set()
 
 
+OF_PROGRAMS = re.compile(r"(boost|openssl|CLI|spdlog|curl|assimp|libpq)[/-]")  # libraries that core is built without
+
+
+def test_core_needs_no_library_of_the_programs():
+    core = {**files_under(ROOT / "core" / "oaslam"), **files_under(ROOT / "core" / "include"), **files_under(ROOT / "core" / "tests")}
+    assert len(core) > 500
+    assert [(path, include) for path, text in core.items() for _, include in includes_of(text) if OF_PROGRAMS.match(include)] == []
+    assert [library for library in ("Boost", "OpenSSL", "CLI11", "spdlog", "CURL", "pq") if f"{library}::" in CMAKE_OF["core"] or f"find_package({library}" in CMAKE_OF["core"]] == []
+
+
 def test_no_cycles():
     assert [(room, other) for room, below in ROOMS.items() for other in below if room in reached(ROOMS, other)] == []
 

@@ -86,7 +86,7 @@ int GetModel(const ModelsOptions& options) {
   if (!path || !IsPublished(*path, *model))
     path = FetchForUser(*model, options.force, options.timeout_s, options.quiet);
   if (!path) {
-    spdlog::info("interrupted: the same command goes on with what is here");
+    spdlog::info("interrupted: nothing is kept");
     return 130;
   }
   PrintPlace(name, *path);

@@ -54,7 +54,7 @@ class Shell:
 class TestCommandDocs(harness.InFolder):
     @classmethod
     def prepare(cls):
-        done = subprocess.run([TOOL, harness.BINARY, cls.folder], capture_output=True, text=True)
+        done = subprocess.run([TOOL, os.path.join(os.path.dirname(harness.BINARY), "oaslam-viewer"), cls.folder], capture_output=True, text=True)
         assert done.returncode == 0, done
         cls.work = cls.path("work")
         os.makedirs(os.path.join(cls.work, "walks"))

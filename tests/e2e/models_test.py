@@ -5,7 +5,6 @@ import http.server
 import json
 import os
 import pty
-import re
 import resource
 import shutil
 import signal
@@ -31,18 +30,13 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
     def do_GET(self):
         server = self.server
-        asked = self.headers.get("Range")
-        server.requests.append((self.path, asked))
+        server.requests.append(self.path)
         self.close_connection = True
         if server.location:
             return self.answer(302, b"moved", Location=server.location.format(path=self.path))
         if server.status != 200:
             return self.answer(server.status, b"a page that is no model")
-        body, begin = server.content, int(re.fullmatch(r"bytes=(\d+)-", asked)[1]) if asked and server.has_ranges else 0
-        if begin >= len(body):
-            return self.answer(416, b"")
-        headers = {"Content-Range": f"bytes {begin}-{len(body) - 1}/{len(body)}"} if begin else {}
-        self.answer(206 if begin else 200, body[begin:], **headers)
+        self.answer(200, server.content)
 
     def answer(self, status, body, **headers):
         server = self.server
@@ -76,7 +70,7 @@ class Server(http.server.ThreadingHTTPServer):
             tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
             tls.load_cert_chain(certificate)
             self.socket = tls.wrap_socket(self.socket, server_side=True, do_handshake_on_connect=False)
-        self.content, self.requests, self.has_ranges, self.hides_size, self.status, self.location = content, [], True, False, 200, None
+        self.content, self.requests, self.hides_size, self.status, self.location = content, [], False, 200, None
         self.breaks, self.most, self.stall = 0, 0, threading.Event()
         self.stall.set()
         self.url = f"http{'s' if certificate else ''}://127.0.0.1:{self.server_address[1]}"
@@ -98,7 +92,7 @@ class WithServer:
     def with_server(self, tmp_path):
         self.home = str(tmp_path)
         self.models = os.path.join(self.home, "data", "oaslam", "models")
-        self.file, self.part = (os.path.join(self.models, name) for name in ("tiny.onnx", "tiny.onnx.part"))
+        self.file = os.path.join(self.models, "tiny.onnx")
         with contextlib.ExitStack() as self.cleanup:
             self.server = Server()
             self.cleanup.callback(self.server.close)
@@ -112,27 +106,18 @@ class WithServer:
                 XDG_DATA_HOME=os.path.join(self.home, "data"), XDG_STATE_HOME=os.path.join(self.home, "state")))
             yield
 
-    def leave_part(self, content):
-        os.makedirs(self.models, exist_ok=True)
-        with open(self.part, "wb") as f:
-            f.write(content)
-
     def assert_fetched(self, done):
         assert done.code == 0, done
         assert done.out == f"tiny is in {self.file}\n"
         assert harness.read_bytes(self.file) == CONTENT
         assert os.listdir(self.models) == ["tiny.onnx"]
 
-    def assert_refused(self, done, *words, kept=None):
-        """`kept`: how many bytes of the file are left, from which a later attempt goes on."""
+    def assert_refused(self, done, *words):
         assert done.code == 1, done
         for word in words:
             assert word in done.err
         assert len(done.err.strip().splitlines()) == done.err.count(" %, ") + 1, done  # one message, and progress
-        files = os.listdir(self.models) if os.path.isdir(self.models) else []
-        assert files == (["tiny.onnx.part"] if kept else [])
-        if kept:
-            assert harness.read_bytes(self.part) == CONTENT[:kept]
+        assert not os.path.isdir(self.models) or os.listdir(self.models) == []  # nothing is kept
 
 
 class TestGet(WithServer):
@@ -141,52 +126,22 @@ class TestGet(WithServer):
         done = oaslam("models", "get", "tiny")
         self.assert_fetched(done)
         assert "100 %, 0.6 of 0.6 MB" in done.err
-        assert self.server.requests == [("/files/tiny.onnx", None)]
+        assert self.server.requests == ["/files/tiny.onnx"]
         again = oaslam("models", "get", "tiny", "--quiet")
         self.assert_fetched(again)
         assert (again.err, len(self.server.requests)) == ("", 1)
         assert f"\ntiny: nothing, 0.6 MB, CC0-1.0 (us)\n  published at {self.server.url}/files/tiny.onnx\n  here: {self.file}\n" in oaslam("models").out
-
-    def test_goes_on_by_itself_after_a_break(self):
-        self.server.breaks, self.server.most = 2, HALF // 2
-        self.assert_fetched(oaslam("models", "get", "tiny"))
-        assert [asked for _, asked in self.server.requests] == [None, f"bytes={HALF // 2}-", f"bytes={HALF}-"]
-
-    def test_broken_off_and_resumed(self):
-        self.server.breaks, self.server.most = 99, HALF
-        with mock.patch.object(self.server, "has_ranges", False):
-            self.assert_refused(oaslam("models", "get", "tiny"), f"{HALF} of {SIZE} bytes are here", "goes on from there", kept=HALF)
-        self.server.breaks, self.server.requests = 0, []
-        self.assert_fetched(oaslam("models", "get", "tiny"))
-        assert [asked for _, asked in self.server.requests] == [f"bytes={HALF}-"]
-
-    def test_a_server_without_ranges_begins_anew(self):
-        self.leave_part(CONTENT[:HALF])
-        self.server.has_ranges = False
-        self.assert_fetched(oaslam("models", "get", "tiny"))
 
     def test_wrong_digest(self):
         for hides_size in (False, True):
             self.server.content, self.server.hides_size = CONTENT[::-1], hides_size
             self.assert_refused(oaslam("models", "get", "tiny"), hashlib.sha256(CONTENT).hexdigest(), hashlib.sha256(CONTENT[::-1]).hexdigest())
 
-    def test_a_part_of_another_file_is_dropped(self):
-        for content in (CONTENT[HALF:], CONTENT[::-1], CONTENT + b"more"):
-            self.leave_part(content)
-            self.assert_fetched(oaslam("models", "get", "tiny"))
-            os.remove(self.file)
-
-    def test_a_whole_part_needs_no_server(self):
-        self.leave_part(CONTENT)
-        self.assert_fetched(oaslam("models", "get", "tiny"))
-        assert self.server.requests == []
-
     def test_the_file_of_the_server_has_another_size(self):
-        self.leave_part(CONTENT[:HALF])
         for content in (CONTENT + b"more", CONTENT[:-1]):
             self.server.content = content
-            self.assert_refused(oaslam("models", "get", "tiny"), f"{len(content)} bytes, the published one has {SIZE}", kept=HALF)
-        self.server.content, self.server.hides_size, self.server.has_ranges = CONTENT + b"more", True, False
+            self.assert_refused(oaslam("models", "get", "tiny"), f"{len(content)} bytes, the published one has {SIZE}")
+        self.server.content, self.server.hides_size = CONTENT + b"more", True
         self.assert_refused(oaslam("models", "get", "tiny"), f"more than the {SIZE} bytes")
 
     def test_statuses(self):
@@ -198,9 +153,8 @@ class TestGet(WithServer):
         other = Server()
         self.cleanup.callback(other.close)
         self.server.location = other.url + "/elsewhere{path}"
-        self.leave_part(CONTENT[:HALF])
         self.assert_fetched(oaslam("models", "get", "tiny"))
-        assert other.requests == [("/elsewhere/files/tiny.onnx", f"bytes={HALF}-")]
+        assert other.requests == ["/elsewhere/files/tiny.onnx"]
         os.remove(self.file)
         secret = os.path.join(self.home, "secret")
         with open(secret, "wb") as f:
@@ -243,15 +197,19 @@ class TestGet(WithServer):
             port = free.getsockname()[1]
         for base in (f"http://127.0.0.1:{port}", "http://nowhere.invalid"):
             with mock.patch.dict(os.environ, OASLAM_MODELS_URL=base):
-                self.assert_refused(oaslam("models", "get", "tiny", "--timeout", 5, timeout=60), base, "nothing was fetched; `oaslam models add FILE`")
+                self.assert_refused(oaslam("models", "get", "tiny", "--timeout", 5, timeout=60), base, "`oaslam models add FILE`")
 
     def test_a_server_that_stalls(self):
         self.server.breaks, self.server.most = 99, HALF
         self.server.stall.clear()
-        self.server.has_ranges = False
         begin = time.time()
-        self.assert_refused(oaslam("models", "get", "tiny", "--timeout", 1), f"{HALF} of {SIZE} bytes are here", kept=HALF)
+        self.assert_refused(oaslam("models", "get", "tiny", "--timeout", 1), "tiny.onnx: ", "`oaslam models add FILE`")
         assert time.time() - begin < 60
+
+    def test_a_server_that_breaks_off(self):
+        self.server.breaks, self.server.most = 1, HALF
+        self.assert_refused(oaslam("models", "get", "tiny"), "tiny.onnx: ", "`oaslam models add FILE`")
+        self.assert_fetched(oaslam("models", "get", "tiny"))
 
     def start(self, *args):
         process = subprocess.Popen([harness.BINARY, "models", "get", "tiny", *args], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -265,56 +223,30 @@ class TestGet(WithServer):
             assert time.time() < deadline
             time.sleep(0.02)
 
-    def wait_for_half(self):
-        self.wait_until(lambda: os.path.exists(self.part) and os.path.getsize(self.part) == HALF)
-
-    def has_part_open(self, process):
-        files = f"/proc/{process.pid}/fd"
-        return any(os.path.realpath(os.path.join(files, name)) == os.path.realpath(self.part) for name in os.listdir(files))
-
     def test_interrupted(self):
         self.server.breaks, self.server.most = 1, HALF
         self.server.stall.clear()
         process = self.start()
-        self.wait_for_half()
+        self.wait_until(lambda: self.server.requests)
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=30)
         assert process.returncode == 130, err
-        assert "interrupted: the same command goes on" in err
-        assert harness.read_bytes(self.part) == CONTENT[:HALF]
+        assert "interrupted: nothing is kept" in err
+        assert os.listdir(self.models) == []
         self.assert_fetched(oaslam("models", "get", "tiny"))
-        assert self.server.requests[-1][1] == f"bytes={HALF}-"
-
-    def test_two_at_once(self):
-        self.server.breaks, self.server.most = 1, HALF
-        self.server.stall.clear()
-        first = self.start()
-        self.wait_for_half()
-        second, third = self.start(), self.start()
-        for process in (second, third):
-            self.wait_until(lambda: self.has_part_open(process))
-        third.send_signal(signal.SIGINT)  # one that waits can be interrupted, too
-        assert third.wait(60) == 130
-        self.server.stall.set()
-        for process in (first, second):
-            out, err = process.communicate(timeout=60)
-            assert (process.returncode, out) == (0, f"tiny is in {self.file}\n"), err
-        assert [asked for _, asked in self.server.requests] == [None, f"bytes={HALF}-"]
-        assert os.listdir(self.models) == ["tiny.onnx"]
-        assert harness.read_bytes(self.file) == CONTENT
 
     def test_a_full_disk(self):
         def limit():
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_FSIZE, (HALF, HALF))
         done = subprocess.run([harness.BINARY, "models", "get", "tiny"], capture_output=True, text=True, preexec_fn=limit, restore_signals=False)
-        self.assert_refused(harness.Outcome(done.returncode, done.stdout, done.stderr), "tiny.onnx.part: cannot be written: File too large")
+        self.assert_refused(harness.Outcome(done.returncode, done.stdout, done.stderr), "tiny.onnx: cannot be written: File too large")
 
         disk = os.path.join(self.home, "data")
         if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=256k", "none", disk], capture_output=True).returncode != 0:
             pytest.skip("a small disk cannot be mounted here")
         self.cleanup.callback(subprocess.run, ["umount", disk], check=True)
-        self.assert_refused(oaslam("models", "get", "tiny"), "tiny.onnx.part: cannot be written: No space left on device")
+        self.assert_refused(oaslam("models", "get", "tiny"), "tiny.onnx: cannot be written: No space left on device")
 
     def test_folders_that_cannot_be_written(self):
         with open(os.path.join(self.home, "data"), "w"):

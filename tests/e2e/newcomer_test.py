@@ -80,7 +80,7 @@ class TestNewcomer(harness.InFolder):
                                    (["--detections", noise], "noise.txt"), (["--classes", self.path("none.yaml")], "none.yaml"), (["--map-in", noise], "noise.txt"),
                                    (["--scale-object", "cup"], "--scale-object"), (["--scale-object", "cpu=1"], "cpu"), (["--groundtruth", noise], "noise.txt"),
                                    (["--scale-from", "gt"], "--groundtruth"), (["--record", self.path("walk.avi")], "walk.avi"),
-                                   (["--record", self.path("new.mp4"), "--model", self.path("none.glb")], "none.glb"),
+                                   (["--viewer", "0", "--model", self.path("none.glb")], "none.glb"),
                                    (["--viewer", taken.getsockname()[1]], str(taken.getsockname()[1])), (["--refine-camera", "--camera", noise], "noise.txt")):
                 done = oaslam("run", self.video, "--out", self.path("refused"), *options)
                 assert done.code == 1, (options, done)

@@ -21,11 +21,11 @@ struct BundleCorrection {
 };
 
 // Adjusts `newest`, its most covisible keyframes, and all landmarks they see; other keyframes that
-// see these and the map's first keyframe are fixed. Two stages: the first with Huber's kernel; the
-// second, if there are more than a few outliers (chi^2 > 5.991, or behind the camera), without
-// kernel and without outliers. `config.objects` adds the boxes of mapped objects (paper, section
-// "Integrating Objects in Bundle Adjustment"), which always have the kernel.
-// Its time grows with `max_keyframes`, those that it moves.
+// see these landmarks and the map's first keyframe are fixed. Two stages: the first with Huber's
+// kernel; the second, if there are more than a few outliers (chi^2 > 5.991, or behind the camera),
+// without kernel and without outliers. `config.objects` adds the boxes of mapped objects (paper,
+// section "Integrating Objects in Bundle Adjustment"), which always have the kernel. The time grows
+// with `max_keyframes`, the number of keyframes that are not fixed.
 BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest,
                                        const BundleConfig& config, int max_keyframes = 25);
 

@@ -10,28 +10,28 @@
 
 namespace oaslam {
 
-// The motion between two cameras, as it was measured.
+// A measured motion between two cameras.
 struct MotionMeasurement {
   int from = 0, to = 0;  // poses
   Rigid3 to_from_from;
   double sigma_position = 1, sigma_rotation = 1;
 };
 
-// From here on the loss of a motion is linear: the 95 % quantile of chi^2 of six degrees of
-// freedom. Odometry can be in a wrong minimum.
+// The squared error from which on the loss of a motion is linear: the 95 % quantile of chi^2 of six
+// degrees of freedom. The loss is robust since odometry can be in a wrong minimum.
 inline constexpr double kChi2SixDof = 12.59;
 
 // The difference between the poses' motion and the measured one, in sigmas.
 PoseVector MotionError(const MotionMeasurement& measured, const Rigid3& from, const Rigid3& to);
 
-// Its derivatives by steps of the poses (geometry/pose_step.h). The error is taken to be small, so
-// that they depend on what was measured alone.
+// The derivatives of MotionError by steps of the poses (geometry/pose_step.h). They assume a small
+// error, and so depend on the measurement only.
 struct MotionDerivatives {
   Eigen::Matrix<double, 6, 6> by_from, by_to;
 };
 MotionDerivatives DerivativesOf(const MotionMeasurement& measured);
 
-// The same for Ceres, by blocks of PoseManifold.
+// MotionError as a cost of Ceres, with parameter blocks of PoseManifold.
 class MotionCost final : public ceres::CostFunction {
  public:
   // A pose that is given is fixed, and has no parameter block.

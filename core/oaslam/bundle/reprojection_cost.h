@@ -28,8 +28,8 @@ class PoseManifold final : public ceres::Manifold {
   bool MinusJacobian(const double* x, double* jacobian) const override;
 };
 
-// (projection - observation) / sigma in the ideal image, with analytic derivatives. While it is
-// switched off it is zero, which is cheaper than removing the residual from the problem.
+// (projection - observation) / sigma in the ideal image, with analytic derivatives. While the cost
+// is inactive its residual is zero, which is cheaper than removing the residual from the problem.
 class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
  public:
   ReprojectionCost(const Camera& camera, const Eigen::Vector2d& px, double sigma_px);

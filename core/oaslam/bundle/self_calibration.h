@@ -20,8 +20,9 @@ struct SelfCalibrationOptions {
   // Prior standard deviation of the readout time of a rolling shutter, around 0; 0: there is no
   // rolling shutter.
   double readout_sigma_s = 0;
-  // Parts of the walk are compared, for the standard deviation. Without, it takes a third of the
-  // time, and the standard deviation is that of one map, which can be bent as a whole.
+  // Compares parts of the walk to estimate the standard deviation. Without this comparison the
+  // calibration takes a third of the time, and its standard deviation is that of one map, which can
+  // be bent as a whole.
   bool compares_parts = true;
 };
 
@@ -42,7 +43,8 @@ struct SelfCalibration {
   std::vector<std::pair<LandmarkId, Eigen::Vector3d>> points;  // of the landmarks used, ascending
 
   double RelativeSigma() const { return focal_sigma_px / camera.fx; }
-  // Seconds of a rolling shutter that cannot be an error of the estimate; else 0.
+  // The readout time of a rolling shutter in seconds, where it is too long to be an error of the
+  // estimate; else 0.
   double SureReadout() const;
 };
 

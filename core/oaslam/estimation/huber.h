@@ -4,8 +4,8 @@
 
 namespace oaslam {
 
-// At or behind the camera there is no projection: the error is a constant of 141 sigmas instead, so
-// that no step gains by going there. The depth only prevents a division by zero.
+// A point at or behind the camera has no projection: its error is a constant of 141 sigmas instead,
+// so that no step gains by moving it there. kMinDepth only prevents a division by zero.
 inline constexpr double kMinDepth = 1e-6, kBehindChi2 = 2e4;
 
 struct Loss {
@@ -20,8 +20,9 @@ inline Loss LossOf(double chi2, double huber_chi2) {
   return {2 * root - huber_chi2, root / chi2};
 }
 
-// The smooth loss of nearly the absolute residual (pseudo-Huber, Hartley and Zisserman 2004, A6.8):
-// `corner_chi2` is the square about which it turns from a parabola into a line; 0: none.
+// The pseudo-Huber loss (Hartley and Zisserman 2004, A6.8), a smooth version of the absolute
+// residual, and its weight. About the squared residual `corner_chi2` it turns from a parabola into
+// a line; 0: no robust loss.
 inline Loss PseudoHuberLossOf(double chi2, double corner_chi2) {
   if (corner_chi2 <= 0) return {chi2, 1};
   const double root = std::sqrt(1 + chi2 * (1 / corner_chi2));

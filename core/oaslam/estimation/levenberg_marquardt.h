@@ -39,8 +39,9 @@ struct MinimizationReport {
   bool success = false;
   int iterations = 0;
   double cost = 0;  // of the state at the end
-  // Ended by the tolerance, or because no step lowers the cost; not by the number of iterations or
-  // a stop. Else a call that begins with this damping goes on as if there had been more iterations.
+  // The iterations ended by the tolerance, or because no step lowers the cost; not by their number
+  // or a stop. If it is false, a call that begins with `damping` continues as if there had been
+  // more iterations.
   bool is_settled = false;
   double damping = 0;
 };
@@ -52,7 +53,8 @@ template <typename Problem, typename State>
 MinimizationReport MinimizeLevenbergMarquardt(Problem& problem,
                                               const LevenbergMarquardtOptions& options,
                                               State& state) {
-  // Damping by a million times the diagonal is a step of nothing: there is no better state nearby.
+  // With a damping of a million times the diagonal a step is next to zero: there is no better state
+  // nearby.
   constexpr double kMaxDamping = 1e6;
   MinimizationReport report;
   double &cost = report.cost, &damping = report.damping;

@@ -18,7 +18,7 @@ struct PointObservation {
   double inverse_variance = 1;  // px^-2; 1 / scale(octave)^2
 };
 
-// What is known of a pose before points are seen.
+// The prior of a pose: what is known before points are seen.
 struct ExpectedPose {
   Rigid3 cam_from_world;
   double sigma_position = 1;  // standard deviations: in the unit of the world; in rad

@@ -83,8 +83,8 @@ class SchurSystem {
   }
 
  private:
-  // For a pose or landmark without observations. A share of the largest element, since the unit of
-  // length is arbitrary; far below what observations determine.
+  // Added to the diagonal for a pose or landmark without observations. It is a share of the largest
+  // element, since the unit of length is arbitrary, and far below what observations determine.
   static constexpr double kRidge = 1e-12;
 
   struct Cross {

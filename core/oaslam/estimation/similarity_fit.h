@@ -8,7 +8,7 @@
 
 namespace oaslam {
 
-// What is known of the scale beforehand.
+// The prior of a scale.
 struct ScalePrior {
   double scale = 1;
   double relative_sigma = 1;
@@ -33,7 +33,7 @@ struct SimilarityFit {
 
 // Estimates the similarity that maps a to b from cameras with a pose in both, most of which must
 // agree. Cameras that hardly moved do not determine the scale: see `relative_sigma`. Without a
-// prior of the scale, or a camera that knows it, there must be three of them.
+// prior of the scale, from the caller or a pair, there must be three cameras.
 SimilarityFit FitSimilarity(std::span<const PosePair> pairs,
                             const std::optional<ScalePrior>& prior = std::nullopt);
 

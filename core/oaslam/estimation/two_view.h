@@ -33,10 +33,10 @@ struct TwoViewReport {
   double direction_sigma_deg = 0;  // of the translation, in its least certain direction
 };
 
-// The points that two views see, from matches in their ideal images, with the motion between the
-// views, of any length, which is refined on the matches first. `sigma_px`: of each match, in either
-// image. Rejects rather than returns doubtful points: low parallax, or matches that do not agree
-// with the motion.
+// Triangulates the points that two views see from matches in their ideal images. First refines the
+// motion between the views, `second_from_first` (of any length), on the matches. `sigma_px`: of
+// each match, in either image. Fails rather than returns doubtful points: at low parallax, or with
+// matches that do not agree with the motion.
 TwoViewReport TriangulateTwoViews(const Camera& camera_first, const Camera& camera_second,
                                   std::span<const Eigen::Vector2d> px_first,
                                   std::span<const Eigen::Vector2d> px_second,

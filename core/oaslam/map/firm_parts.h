@@ -8,17 +8,17 @@
 
 namespace oaslam {
 
-// The parts of a map that are firm in themselves: the connected components of its covisibility
-// graph, in which two keyframes are connected that share enough landmarks. A few landmarks, or the
-// camera's motion alone, as in a narrow door, hardly hold the scale: what lies behind such a link
-// may have another one, until it is seen from elsewhere. After a loop or a joining, three objects
-// that two parts see tie them, too: by such the submaps of a camera that was lost are joined. The
-// part with the most keyframes is the main one, so that a map that began badly does not doubt all
-// that follows.
+// The firm parts of a map: the connected components of its covisibility graph, in which only
+// keyframes that share enough landmarks are connected. A few landmarks, or the camera's motion
+// alone, as in a narrow door, hardly constrain the scale: the part behind such a link may have
+// another scale until the camera sees it from elsewhere. After a loop or a joining, three objects
+// that two parts see connect them, too, since the submaps of a camera that was lost are joined by
+// such objects. The part with the most keyframes is the main one, so that a bad beginning of a map
+// does not make all later keyframes uncertain.
 class FirmParts {
  public:
-  // Whether a keyframe is in another part than the main one. Looks at all keyframes after a loop
-  // or a joining only.
+  // Whether a keyframe is in another part than the main one. Looks at all keyframes only after a
+  // loop or a joining.
   bool IsLoose(const Map& map, KeyframeId id);
 
  private:
@@ -39,13 +39,13 @@ class FirmParts {
   int loops_closed_ = 0;
 };
 
-// Keyframes that follow each other in time and are in another firm part than the main one.
+// Successive keyframes that are in another firm part than the main one.
 struct LooseStretch {
   double from_s = 0, to_s = 0;  // time stamps
-  int shared = 0;               // landmarks, of the link to the main part that has the most
-  double link_s = 0;            // time stamp of the keyframe of the stretch that has this link
+  int shared = 0;               // landmarks of the strongest link to the main part
+  double link_s = 0;            // time stamp of the keyframe with this link
 };
-// Of the keyframes from this image on, by time.
+// The loose stretches among the keyframes from frame `first_frame` on, by time.
 std::vector<LooseStretch> LooseStretches(const Map& map, int first_frame);
 
 }  // namespace oaslam

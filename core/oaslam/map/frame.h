@@ -25,13 +25,13 @@ struct ObjectDetection {
   LabelShares shares{};
 };
 
-// Converts detections to the ideal image of the camera, one to one; a box is empty there where the
-// lens model is not one to one.
+// Converts detections to the ideal image of the camera, in the same order; a box is empty where the
+// lens model is not invertible.
 std::vector<ObjectDetection> IdealDetections(const Camera& camera,
                                              const std::vector<Detection>& detections);
 
-// What the images alone tell of the camera's motion (odometry/): where this image is in the
-// odometry's own frame, and how far its points are.
+// The result of the visual odometry (odometry/) for an image: its pose in the odometry's own frame,
+// and the inverse depths of its points.
 struct FrameMotion {
   // The inverse depth of a point in this image.
   struct KnownDepth {
@@ -39,20 +39,21 @@ struct FrameMotion {
     float inverse_depth = 0;
   };
 
-  int run = 0;  // poses of different runs have nothing in common
+  int run = 0;  // poses of different runs have no common frame
   int image = 0;
   Rigid3 cam_from_odom;
   bool is_preliminary = false;
-  // How far the odometry's scale may have wandered: a variance of its logarithm, of which the
-  // difference is that between two images of a run. Nothing where it is not told.
+  // The accumulated variance of the logarithm of the odometry's scale; the difference of two images
+  // of a run is the variance between them. Nothing where it is not given.
   std::optional<double> scale_drift{};
   double agreeing = 1;  // share of the points followed that agree with the pose
-  // cam_from_odom of the odometry's keyframes as they are known with this image, by image,
-  // ascending; none while the motion is preliminary.
+  // cam_from_odom of the odometry's keyframes as estimated with this image, by image, ascending;
+  // none while the motion is preliminary.
   std::vector<std::pair<int, Rigid3>> keyframes{};
-  // With this image the odometry found that the motion it had given since this image was wrong.
+  // With this image the odometry found that the motion it had given since the image of this number
+  // was wrong.
   std::optional<int> exchanged_since{};
-  bool is_keyframe = false;  // the view has changed
+  bool is_keyframe = false;  // of the odometry: the view has changed
   std::vector<KnownDepth> depths;
 };
 
@@ -76,9 +77,9 @@ struct Frame {
 // Whether it is known how the camera moved between two images.
 bool HaveKnownMotion(const std::shared_ptr<const FrameMotion>& a,
                      const std::shared_ptr<const FrameMotion>& b);
-// cam_from_odom of an earlier image of the same run, as the odometry knows it by image `now`. The
-// odometry corrects its keyframes. An image that is no keyframe moves with the last keyframe before
-// it that the motions of both images list. Nothing where there is no such keyframe: then the
+// cam_from_odom of an earlier image of the same run, by the odometry's estimates with image `now`.
+// The odometry corrects its keyframes; an image that is no keyframe moves with the last keyframe
+// before it that the motions of both images list. Nothing where there is no such keyframe: then the
 // odometry has not corrected the pose of the earlier image.
 std::optional<Rigid3> CamFromOdom(const FrameMotion& earlier, const FrameMotion& now);
 

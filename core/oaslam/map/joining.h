@@ -15,13 +15,13 @@ void MoveObject(const Similarity& new_from_old, Object& object);
 // is taken gets a number.
 void JoinMap(const Map& other, const Similarity& world_from_other, Map& map);
 
-// What a map that is in metres tells of the unit of another one.
+// The unit of a map, from another map that is in metres.
 struct Metre {
   double metres_per_unit = 1;
-  std::optional<UnitByObjects> by_objects;  // what it follows from; nothing where it was given
+  std::optional<UnitByObjects> by_objects;  // evidence by objects; nothing where the user gave it
 };
-// What `other` tells of the unit of a map with which it is joined; nothing where it is not in
-// metres itself, or the map is.
+// The unit of `map`, from `other`, with which it is joined; nothing where `other` is not in metres,
+// or `map` already is.
 std::optional<Metre> MetreBy(const Map& other, const Similarity& world_from_other, const Map& map);
 
 }  // namespace oaslam

@@ -14,8 +14,8 @@ struct LabelShare {
 };
 
 // The labels that a detector gives to a detection, or to an object over many detections: ascending
-// by class, with shares that sum to 1. Empty where it is only ever given one, which is the category
-// of its owner.
+// by class, with shares that sum to 1. Empty where the detector gives one label only, which is the
+// category of the owner.
 using LabelShares = std::vector<LabelShare>;
 
 // The labels of a detection or object. Refers to its owner.
@@ -52,8 +52,9 @@ double LabelNorm(const LabelsRef& labels);
 // that two detections or objects with these labels are the same.
 double LabelAgreement(const LabelsRef& a, const LabelsRef& b);
 
-// Things whose labels agree less than this are not the same. Small, since it only excludes: a
-// second label with a share of 5 % is enough to be compared, and the place decides.
+// Two detections or objects whose labels agree less than this are not the same. The bound is small,
+// since it only excludes: with a share of 5 % of a second label, two objects are compared, and
+// their positions decide.
 constexpr double kLeastAgreement = 0.05;
 
 inline bool MayBeTheSame(const LabelsRef& a, const LabelsRef& b) {

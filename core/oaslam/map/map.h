@@ -31,7 +31,7 @@ struct Covisible {
   bool operator==(const Covisible&) const = default;
 };
 
-// How the camera came to a keyframe from another one, by its images alone.
+// The motion of the camera from another keyframe to a keyframe, by its images alone (odometry).
 struct KeyframeMotion {
   KeyframeId from;
   Rigid3 cam_from_cam;                            // to this keyframe
@@ -61,15 +61,17 @@ struct Keyframe {
   std::optional<KeyframeMotion> motion{};           // not saved
   std::optional<ScaleDrift> scale_drift{};          // not saved
   std::shared_ptr<const GreyBuffer> image{};        // as Frame's, until described; not saved
-  // By entry of features->learned: z in the camera of a point that no landmark explains, map units;
-  // 0 where there is none.
+  // By entry of features->learned: z in the camera of a point that has no landmark, map units; 0
+  // where there is none.
   std::vector<float> learned_depths{};
-  // Loops have multiplied the lengths about it by this in all. Not saved.
+  // The product of the factors by which loops have multiplied the lengths around the keyframe. Not
+  // saved.
   double unit = 1;
 
-  // Whether each described key point exists, once, ascending, with its descriptor and depth.
+  // Whether each described key point exists and has a descriptor and a depth, and the key points
+  // ascend without repeats.
   bool HasSoundLearned() const;
-  // Scales what is not a position in the world.
+  // Multiplies all lengths but positions in the world.
   void ScaleLengths(double factor) {
     if (motion) motion->Scale(factor);
     for (float& depth : learned_depths) depth *= static_cast<float>(factor);
@@ -123,8 +125,8 @@ struct Object {
   LabelShares shares;   // of its labels
   std::string name;     // given by the user; empty: the name of its class is used
   ObjectState state = ObjectState::kTentative;
-  // World. Of a tentative object that is known_by_landmarks: where these are; of other tentative
-  // ones without meaning.
+  // World frame. Of a tentative object that is known_by_landmarks, it tells where the landmarks
+  // are; of other tentative objects it has no meaning.
   Ellipsoid ellipsoid;
   // Center, log half axes, yaw about up.
   Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();
@@ -146,7 +148,7 @@ struct Object {
   bool known_by_landmarks = false;
 };
 
-// What the metre follows from where it was not given: the usual sizes of the map's objects.
+// The evidence for the metre where the user did not give it: the usual sizes of the map's objects.
 struct UnitByObjects {
   double relative_sigma = 0;     // standard deviation of the metre, divided by it
   int objects = 0, classes = 0;  // that agreed
@@ -172,15 +174,16 @@ struct Map {
   uint64_t version = 0;    // of the snapshot
   int loops_closed = 0;    // since the map was made or loaded
   bool is_metric = false;  // the unit is the metre; else arbitrary
-  // Of a metric map: what its metre follows from; nothing where it was given.
+  // Of a metric map: the evidence for its metre by objects; nothing where the user gave the metre.
   std::optional<UnitByObjects> unit_by_objects{};
   ClassRelations classes;                 // which classes move, and which are parts of which
   std::map<std::string, Anchor> anchors;  // by name
 
   uint32_t next_landmark = 0;
 
-  // The keyframe of the map that a pose is relative to: the given one while it is in the map, and
-  // the one that carries it since it was retired. Nothing if the keyframe was never in the map.
+  // Resolves a keyframe that a pose is relative to: to itself while it is in the map, and to the
+  // keyframe that carries its pose since it was retired. Nothing if the keyframe was never in the
+  // map.
   struct Carried {
     KeyframeId by;
     Rigid3 cam_from_carrier;
@@ -194,7 +197,7 @@ struct Map {
 
   // The index of a camera of the map in `cameras`.
   int IndexOf(const Camera& camera) const;
-  // The same for any camera: one that is not there is added.
+  // As IndexOf, for any camera: adds one that is not in `cameras`.
   int AddCamera(const Camera& camera);
 
   LandmarkId AddLandmark(const Eigen::Vector3d& position, KeyframeId first_keyframe);
@@ -221,7 +224,7 @@ struct Map {
 
   // The up to `count` most covisible keyframes.
   std::vector<KeyframeId> CovisibleKeyframes(KeyframeId id, int count) const;
-  // These and the keyframe itself, which comes last.
+  // The up to `count` most covisible keyframes, and last the keyframe itself.
   std::vector<KeyframeId> KeyframesAround(KeyframeId id, int count) const;
   // The keyframe whose camera was nearest to a place; invalid in an empty map.
   KeyframeId NearestKeyframe(const Eigen::Vector3d& place) const;

@@ -2,12 +2,14 @@
 
 namespace oaslam {
 
-// The standard deviations of a motion between keyframes by the odometry (docs/lab/odometry.md): as
-// shares of the way, of the depth and of the turn; a turn's is at least kLeastTurn rad. The share
-// of the way is larger in a film that holds its scale badly (OdometryLink::spread).
+// The standard deviations of a motion between keyframes by the odometry (docs/lab/odometry.md), as
+// shares of the translation, of the depth and of the rotation; that of the rotation is at least
+// kLeastTurn rad. The share of the translation is larger in a film in which the scale varies
+// (OdometryLink::spread).
 inline constexpr double kSigmaOfWay = 0.01, kSigmaOfDepth = 0.002, kSigmaOfTurn = 0.0025,
                         kLeastTurn = 0.0005;
-// The share of the depth, in a young map: neither it nor the odometry knows its scale well.
+// The share of the depth in a young map: the scales of the map and of the odometry are still
+// uncertain.
 inline constexpr double kSigmaOfDepthIfYoung = 1.5 * kSigmaOfDepth;
 
 }  // namespace oaslam

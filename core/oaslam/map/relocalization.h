@@ -20,27 +20,28 @@ struct PoseHypothesis {
   double depth = 0;  // of the object it came from, map units; 0: none, or not asked for
 };
 
-// What landmarks say for a pose, and against it: what should be there and is not counts, since
-// windows of one look on other walls agree in hundreds of points.
+// The evidence of landmarks for a pose, and against it: landmarks that are expected and not found
+// count, since windows of one look on different walls agree in hundreds of points.
 struct PointSupport {
   std::vector<LandmarkId> landmarks;  // by key point: inliers; invalid elsewhere
   int inliers = 0;
   int expected = 0;  // landmarks around the place that the image should show from this pose
   // Of the parts of the image in which landmarks are expected, the share in which some are found.
   double covered = 0;
-  // The sigma of the position over the median distance of the landmarks, if all were off by the
-  // same pixel: matches seen from an unusual side have correlated errors, so that more of them in
-  // one corner of the image do not help.
+  // The standard deviation of the position divided by the median distance of the landmarks, if all
+  // landmarks were off by the same pixel: matches seen from an unusual side have correlated errors,
+  // so that more of them in one corner of the image do not help.
   double relative_sigma = 0;
-  // All that was found lies in one plane, and nothing beside it where something should be.
+  // All landmarks that were found lie in one plane, and none of those expected beside the plane was
+  // found.
   bool is_of_one_plane = false;
-  // kLearned: compared by learned descriptors, too, which find things of one kind alike.
+  // kLearned: compared by learned descriptors, too, which also match different things of one kind.
   Appearance appearance = Appearance::kOrb;
 };
 
-// What objects say for a pose. `score` is the statistic S of docs/objects.md ("From ellipsoids to a
-// pose"): log-likelihood ratio of the matched boxes * matched / detections of mapped classes, less
-// a penalty for objects that should have been detected and were not.
+// The evidence of objects for a pose. `score` is the statistic S of docs/objects.md ("From
+// ellipsoids to a pose"): log-likelihood ratio of the matched boxes * matched / detections of
+// mapped classes, less a penalty for objects that should have been detected and were not.
 struct ObjectSupport {
   std::vector<std::pair<int, ObjectId>> matched;  // index of the detection, object
   double score = 0;
@@ -48,7 +49,8 @@ struct ObjectSupport {
   double depth = 0;   // of the object the pose came from, map units
   // Sigma of the position by objects / mean distance to those matched; 1 without any.
   double relative_sigma = 1;
-  // Score, margin and number are enough for a pose by objects alone, which needs confidence, too.
+  // Score, margin and number of objects suffice for a pose by objects alone; its confidence must
+  // suffice, too.
   bool suffices = false;
 
   // The margin counts more than the score: that every other pose explains the boxes much worse is
@@ -58,7 +60,7 @@ struct ObjectSupport {
 
 // Where the camera of an image is in a map: the pose, what supports it, or why it is not known.
 struct Relocalization {
-  // kNone: no pose is accepted; what is said of one is of the best hypothesis.
+  // kNone: no pose is accepted, and the pose and its fields are those of the best hypothesis.
   PoseEvidence evidence = PoseEvidence::kNone;
   std::string why_not;  // where that is the answer to a search
   Rigid3 cam_from_world;
@@ -70,8 +72,9 @@ struct Relocalization {
   // Of the search, best first; LeadWithAccepted puts an accepted pose in front.
   std::vector<PoseHypothesis> candidates;
   PoseEvidence candidates_are_by = PoseEvidence::kNone;  // kPoints or kObjects: whose scores
-  // Where it was not known: a camera of the map, or one whose focal length was estimated from the
-  // points, with the relative sigma of that; 0 for a camera of the map.
+  // Where the camera was not known: a camera of the map, or one whose focal length was estimated
+  // from the points. `focal_sigma`: relative standard deviation of that focal length; 0 for a
+  // camera of the map.
   std::optional<Camera> camera;
   double focal_sigma = 0;
 

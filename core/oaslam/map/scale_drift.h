@@ -7,13 +7,14 @@
 namespace oaslam {
 
 // The variance of the logarithm of the scale of one keyframe relative to another that was made soon
-// before or after it, as the odometry told it. Nothing for another run or another time, and where
-// the odometry does not tie them: where they share no landmark, and no motion leads to the later
-// one.
+// before or after it, by the odometry. `shared`: number of landmarks that both see. Nothing where
+// the keyframes are of different runs, or far apart in time, or where they share no landmark and no
+// motion leads to the later one.
 std::optional<double> ScaleVarianceByOdometry(const Keyframe& one, const Keyframe& other,
                                               int shared);
 
-// Before other films come to the same map, whose odometry counts its runs anew.
+// Drops the variances of all keyframes. To be called before other films come to the same map, since
+// their odometry counts its runs anew.
 void ForgetScaleDrift(Map& map);
 
 }  // namespace oaslam

@@ -18,8 +18,8 @@ struct Submap {
 // objects and the other by points.
 void AdoptPoses(const std::vector<FramePose>& other, double scale, std::vector<FramePose>& own);
 
-// Gives poses that were made when all keyframes had the unit 1 the lengths that they have in the
-// map now (Keyframe::unit).
+// Multiplies the lengths of poses that were made when all keyframes had the unit 1 by the present
+// units of their keyframes (Keyframe::unit).
 void FollowUnits(const Map& map, std::vector<FramePose>& poses);
 
 // A keyframe converted back to a frame, with the boxes in it that observations of objects keep.

@@ -4,11 +4,11 @@
 
 namespace oaslam {
 
-// Gives the points of a keyframe learned descriptors by its image, which it needs no more. Does
-// nothing, and returns false, where it has none.
+// Computes learned descriptors for points of a keyframe from its image, and releases the image.
+// Does nothing, and returns false, where the keyframe has no image.
 bool DescribeKeyframe(KeyframeId id, Map& map);
 
-// The same of all keyframes; takes some 20 ms for each that still has its image.
+// Describes all keyframes; takes some 20 ms for each that still has its image.
 void DescribeKeyframes(Map& map);
 
 }  // namespace oaslam

@@ -16,8 +16,9 @@ namespace oaslam {
 // remain after refinement.
 bool InsertInitialMap(const InitialMap& initial, Map& map);
 
-// Moves the keyframes after `right_until` to where the motions lead. Landmarks that were made since
-// go, and are triangulated anew: returns these.
+// Moves the keyframes after `right_until` to the poses that follow from `motions`. Erases the
+// landmarks that were made since, and triangulates new ones from the moved keyframes. Returns the
+// new landmarks.
 std::vector<LandmarkId> CorrectMotions(
     KeyframeId right_until, std::span<const std::pair<KeyframeId, KeyframeMotion>> motions,
     Map& map);

@@ -21,8 +21,8 @@ struct LoopClosure {
   Similarity old_from_current;  // maps points near `current` to their correct places
   // Key points of `current`, and the landmarks of the old part that they show.
   std::vector<std::pair<uint32_t, LandmarkId>> old_landmarks;
-  // Both parts see enough of the same points, or objects, to tell it; else that of
-  // `old_from_current` is 1.
+  // Whether both parts see enough of the same points, or objects, to determine the scale; if not,
+  // the scale of `old_from_current` is 1.
   bool is_scale_known = true;
 };
 

@@ -39,11 +39,11 @@ struct LandmarkUse {
 struct KeyframeInsertion {
   KeyframeId id;
   TrackedFrame frame;
-  // To this keyframe and to earlier ones, as the odometry knows them by now.
+  // Motions to this keyframe and to earlier ones, by the odometry's present estimates.
   std::vector<std::pair<KeyframeId, KeyframeMotion>> motions{};
   int loops_closed = 0;  // in the map whose unit the motions have
-  // Valid: the keyframes after this one were given a wrong motion, which the odometry has
-  // corrected.
+  // If it is valid: the keyframes after this one were given a wrong motion, which the odometry has
+  // corrected since.
   KeyframeId right_until{};
 };
 

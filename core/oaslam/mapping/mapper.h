@@ -35,7 +35,8 @@ class Mapper {
   std::shared_ptr<const Map> Publish();
 
  private:
-  // These return whether what was in the map has moved.
+  // ApplyEdit, Insert, Join and CloseLoop return whether keyframes or landmarks that were in the
+  // map before have moved.
   bool ApplyEdit(const MapCommand& command);
   bool Insert(const KeyframeInsertion& keyframe, int frame_index);
   bool Join(const JoiningMap& joining, int frame_index);

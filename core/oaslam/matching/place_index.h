@@ -27,12 +27,13 @@ class PlaceIndex {
  public:
   explicit PlaceIndex(const Map& map);
 
-  // The landmarks that look like key points of an image; of many key points, some are asked.
+  // The landmarks that look like key points of an image; of many key points, only some are
+  // searched.
   LandmarkHits Find(const Features& features, Appearance appearance = Appearance::kOrb) const;
 
-  // Returns up to `count` places with the most votes. Each key point asked has one vote, divided
-  // equally among the points in its hits; a landmark gives its share to each keyframe that sees it,
-  // another point to the keyframe that knows it.
+  // Returns up to `count` places with the most votes. Each key point that was searched has one
+  // vote, divided equally among the points in its hits; a landmark gives its share to each keyframe
+  // that sees it, another point to the keyframe that knows it.
   std::vector<Place> RankPlaces(const Map& map, const LandmarkHits& hits, int count) const;
 
   size_t size() const { return orb_.size(); }

@@ -14,11 +14,12 @@ struct PlaceMatch {
   int distance = 0;                                    // Hamming
 };
 
-// Matches an image with all points of a place. A match is mutual: among all views that the place's
-// keyframes have of its points, the key point's nearest is one of the point, and among the image's
-// key points it is the point's nearest. The changes of orientation are consistent. Sorted by
-// distance. With learned descriptors, views of landmarks by other keyframes count, too, since few
-// keyframes have them; ORB adds matches of points and key points that have none by these.
+// Matches an image with all points of a place. Matches are mutual nearest neighbours: of all views
+// of points in the place's keyframes, the nearest to the key point is a view of the matched point;
+// of all key points of the image, the matched one is nearest to the point. The changes of
+// orientation are consistent. Sorted by distance. With learned descriptors, views of landmarks by
+// other keyframes count, too, since few keyframes have such descriptors; ORB adds matches of points
+// and key points that have no match by learned descriptors.
 std::vector<PlaceMatch> MatchPlace(const Features& features, const Map& map, const Place& place,
                                    Appearance appearance = Appearance::kOrb);
 

@@ -12,7 +12,7 @@
 
 namespace oaslam {
 
-// At least so many matches: a RANSAC on fewer finds a pose by chance.
+// The least number of matches: a RANSAC on fewer finds a pose by chance.
 constexpr int kMinMatches = 10;
 
 struct PlaceSearchOptions {
@@ -20,17 +20,17 @@ struct PlaceSearchOptions {
   double min_confidence = 0;  // of a pose that is accepted
 };
 
-// Looks for a frame at one place: matches it whole (MatchPlace), estimates its pose (P3P in
-// RANSAC), and confirms that by a guided search for the other landmarks around. Nothing where there
-// is no hypothesis, else the best one, accepted or not.
+// Relocalizes a frame at one place: matches it with all points of the place (MatchPlace), estimates
+// its pose (P3P in RANSAC), and confirms the pose by a guided search for the other landmarks
+// around. Returns the best hypothesis, accepted or not; nothing where there is none.
 std::optional<Relocalization> FindAtPlace(const Frame& frame, const Map& map, const Place& place,
                                           Appearance appearance, const PlaceSearchOptions& options,
                                           Rng& rng);
 
 // Confirms and refines a pose from another source, such as objects. First searches `landmarks`
 // (ascending) within `radius_px` of their projections, which is the error of the guess in the
-// image. This tells the place. Then it searches more closely for those of `landmarks` that an image
-// of that place may show.
+// image. The landmarks found determine the place. Then searches more closely for those of
+// `landmarks` that an image of that place may show.
 Relocalization FindNear(const Frame& frame, const Map& map, std::span<const LandmarkId> landmarks,
                         const Rigid3& guess, double radius_px, const PlaceSearchOptions& options,
                         Rng& rng);
@@ -51,14 +51,15 @@ Relocalization SearchAround(const Frame& frame, const Map& map,
                             std::span<const LandmarkId> landmarks, const Rigid3& cam_from_world,
                             Appearance appearance);
 
-// Fills in what of the support depends on the pose's covariance, and the confidence. `tolerance`:
-// how many times less certain than for a known camera the position is expected to be.
+// Computes the confidence, and the part of the support that depends on the pose's covariance.
+// `tolerance`: the factor by which the position is expected to be less certain than with a known
+// camera.
 void Weigh(const Map& map, Relocalization& found, double tolerance = 1);
 
 // Whether the landmarks that were found for a pose are flat (plane_support.h).
 bool IsFlat(const Map& map, const Relocalization& found);
 
-// Accepts a pose that is right with this probability.
+// Accepts a pose whose confidence is at least `min_confidence`.
 void Judge(double min_confidence, Relocalization& found);
 
 }  // namespace oaslam

@@ -5,27 +5,28 @@
 
 namespace oaslam {
 
-// How a pose stands apart from one plane: a poster, a window or a door that also hangs elsewhere
-// agrees in hundreds of points, and nothing beside it does.
+// The evidence for a pose beside the main plane of its landmarks. Of a poster, a window or a door,
+// a copy may hang elsewhere: hundreds of landmarks in the plane agree with the wrong pose, and none
+// beside the plane does.
 struct PlaneSupport {
-  int beside = 0;              // of the landmarks found, those beside the plane of most of them
-  double expected_beside = 0;  // so many, were as large a share of those found as in the plane
+  int beside = 0;              // landmarks found beside the plane of most of them
+  double expected_beside = 0;  // their number at the share of landmarks found in the plane
 
-  // Nothing, or nearly so, was found where something should be.
+  // Whether landmarks are expected beside the plane, and (almost) none was found there.
   bool IsOfOnePlane() const;
 };
 
-// `found` are among `expected`, which should be in view; `distance`: the median one from the camera
-// to those found, in the same unit. No support where there is no plane.
+// `found`: the landmarks found, out of those `expected` in view; `distance`: the median distance
+// from the camera to those found, in the same unit. No support where there is no plane.
 PlaneSupport BesideThePlane(std::span<const Eigen::Vector3d> found,
                             std::span<const Eigen::Vector3d> expected, double distance);
 
-// Whether next to nothing of what was found stands apart from one plane, seen from `distance`: it
-// may be a window or a poster whose like hangs in another room, too.
+// Whether almost all landmarks found lie in one plane, seen from `distance`: the plane may be a
+// window or a poster of which a copy hangs in another room.
 bool IsFlat(std::span<const Eigen::Vector3d> found, double distance);
 
-// Whether more than half of a map's landmarks lie in one plane, seen from `distance`: there is no
-// other wall.
+// Whether more than half of a map's landmarks lie in one plane, seen from `distance`: the map then
+// has no other wall.
 bool IsOneWall(std::span<const Eigen::Vector3d> landmarks, double distance);
 
 }  // namespace oaslam

@@ -18,11 +18,11 @@ struct MotionSinceBox {
 Box BoxAfterMotion(const Box& earlier, const Rigid3& now_from_then, double inverse_depth,
                    const Camera& camera);
 
-// The overlap (IoU) of a detected box with an earlier box, moved as if its object stood still. Its
-// depth is unknown: the one is taken, not below `motion.min_depth`, at which the lines of sight
-// through the two centres come closest. Without the motion small objects would not overlap, since
-// they move by more than their own size between two images. `truncated`: edges of the detected box
-// at the image border (EdgeBit).
+// The overlap (IoU) of a detected box with an earlier box, moved as if its object stood still. The
+// depth of the object is unknown: the function takes the depth, not below `motion.min_depth`, at
+// which the lines of sight through the two centres come closest. Without the motion small objects
+// would not overlap, since they move by more than their own size between two images. `truncated`:
+// edges of the detected box at the image border (EdgeBit).
 double OverlapAfterMotion(const Box& earlier, const Box& detected, unsigned char truncated,
                           const MotionSinceBox& motion, const Camera& camera);
 

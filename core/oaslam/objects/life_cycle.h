@@ -39,8 +39,8 @@ Unseen UnseenSince(const Object& object, const ImageTime& now);
 // The mean is over boxes that the image border does not cut, where there are any, since cut boxes
 // agree with almost any ellipsoid that reaches beyond the border.
 bool IsConfirmed(const ViewOverlap& overlap, const ObjectsConfig& config);
-// Whether so many of them disagree that the ellipsoid is wrong. The share is well below that for
-// acceptance, so that an object does not alternate between the states.
+// Whether so many observations disagree with the ellipsoid that it is wrong. The share is well
+// below that for acceptance, so that an object does not alternate between the states.
 bool IsContradicted(const ViewOverlap& overlap, const ObjectsConfig& config);
 
 // The next state: tentative -> initialized with a first model -> mapped after enough agreeing

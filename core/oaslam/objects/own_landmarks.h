@@ -8,7 +8,8 @@
 
 namespace oaslam {
 
-// Landmarks in common that make a detection, or another object, the same: tau of the paper.
+// The least number of common landmarks by which a detection, or another object, is the same object:
+// tau of the paper.
 constexpr int kMinSharedPoints = 10;
 
 // The landmarks that were inside the boxes of an object at least `votes` times, and more often than

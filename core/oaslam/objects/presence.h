@@ -30,8 +30,8 @@ bool WasSeenFrom(const Map& map, const Object& object, const Rigid3& cam_from_wo
 
 // An upper bound on the share of a box that others hide, at most 1.
 double HiddenShare(const Box& box, std::span<const Box> nearer);
-// Largest hidden share at which an object is expected to be detected. A larger one would count as
-// missing what is merely hidden, a smaller one would leave fewer images that tell.
+// Largest hidden share at which an object is expected to be detected. A larger share would count
+// hidden objects as missing, a smaller one would leave fewer images with evidence.
 constexpr double kMaxHiddenShare = 0.3;
 
 }  // namespace oaslam

@@ -14,8 +14,8 @@ namespace oaslam {
 // vertical is not known, and where the camera would have been out of a person's reach.
 ScaleEstimate EstimateScale(const Map& map, const std::map<int, std::string>& names);
 
-// Why a unit that is given otherwise is contradicted by the usual sizes of the objects, in a map
-// that has this unit; empty where it is not.
+// Why the usual sizes of the objects contradict the unit of a map that was given otherwise; empty
+// where they do not. `estimate`: of the map in this unit.
 std::string ContradictionOfUnit(const ScaleEstimate& estimate);
 
 }  // namespace oaslam

@@ -4,7 +4,7 @@
 
 namespace oaslam {
 
-// Metres between which nine of ten things are.
+// The range in metres that holds nine of ten things of a class.
 struct UsualRange {
   double least = 0, most = 0;
 
@@ -12,7 +12,7 @@ struct UsualRange {
   double LogSigma() const;  // the standard deviation of its logarithm
 };
 
-// What a detector draws its box around.
+// The shape of a thing, around which a detector draws its box.
 enum class Solid {
   kBox,       // with corners
   kCylinder,  // upright; of an elliptic outline where length and depth differ
@@ -24,13 +24,13 @@ struct UsualSize {
   std::string_view name;             // of the class
   UsualRange length, depth, height;  // length: the longer side on the ground
   Solid solid = Solid::kBox;
-  // It is put down in any orientation: length, depth and height are only the longest, the middle
-  // and the shortest side.
+  // People put the thing down in any orientation: length, depth and height are only the longest,
+  // the middle and the shortest side.
   bool lies_anyhow = false;
 };
 
-// Of a class of COCO, or of another detector's class that is the same thing; null where such things
-// are of any size.
+// The usual size of a class of COCO, or of another detector's class that is the same thing; null
+// where things of the class are of any size.
 const UsualSize* FindUsualSize(std::string_view class_name);
 
 }  // namespace oaslam

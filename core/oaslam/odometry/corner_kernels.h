@@ -18,7 +18,7 @@ struct ImageArea {
   int height() const { return y2 - y1; }
 };
 
-// The derivatives of 2 * kCornerBlock + 1 pixels to each side are summed.
+// The structure tensor of a pixel sums over a square with sides of 2 * kCornerBlock + 1 pixels.
 inline constexpr int kCornerBlock = 2;
 
 // What CornerStrengths needs besides its result; kept by the caller, so that it is allocated once.

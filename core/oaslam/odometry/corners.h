@@ -15,8 +15,9 @@ struct CornerGrid {
 };
 
 // New points to track, where the grid has too few among `tracked`: in each cell the places whose
-// patch is held best in its weaker direction (Shi and Tomasi 1994), away from tracked ones. The
-// best of each cell come first. A point may be weak: it is better than none where a wall is blank.
+// structure tensor has the largest smaller eigenvalue (Shi and Tomasi 1994), away from tracked
+// points. The best points of each cell come first. A point may be weak: on a blank wall it is
+// better than none.
 std::vector<Eigen::Vector2f> FindCorners(const GreyImage& image,
                                          std::span<const Eigen::Vector2f> tracked,
                                          const CornerGrid& grid);

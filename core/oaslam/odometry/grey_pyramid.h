@@ -26,9 +26,9 @@ class GreyPyramid {
     Set(image, 0, levels, none);
   }
 
-  // Makes it that of another image; memory is used again. The first `dropped` halvings are made in
+  // Makes the pyramid of another image; reuses the memory. The first `dropped` halvings are made in
   // `scratch` and not kept. Ends before a level would be smaller than twice the border, whatever
-  // `levels` says, but has one at least.
+  // `levels` says, but makes one level at least.
   void Set(const GreyImage& image, int dropped, int levels, std::vector<GreyBuffer>& scratch);
 
   int levels() const { return static_cast<int>(levels_.size()); }

@@ -11,8 +11,8 @@
 
 namespace oaslam {
 
-// A gyroscope beside a camera. Its bias and its time offset are those with which it explains best
-// how the images turned in the last half minute.
+// A gyroscope beside a camera. Its bias and its time offset are estimated so that its samples
+// explain the rotations between the images of the last half minute best.
 class Gyroscope {
  public:
   static constexpr double kMostOffset = 0.25;  // s: the offset is looked for up to here
@@ -26,8 +26,8 @@ class Gyroscope {
   // for more than 0.1 s, and while the gyroscope is refused.
   std::optional<Turn> Between(double first_s, double second_s) const;
 
-  // Learns from a rotation that the images tell. It is looked at once all samples about it are
-  // there.
+  // Calibrates the gyroscope by a rotation that was estimated from images, once all samples around
+  // the two images have arrived.
   void Compare(double first_s, double second_s, const Eigen::Quaterniond& second_from_first);
 
   GyroscopeState state() const;
@@ -36,7 +36,7 @@ class Gyroscope {
 
  private:
   struct Orientation {
-    Eigen::Quaterniond start_from_camera;  // integrated with the bias in it
+    Eigen::Quaterniond start_from_camera;  // integrated without removing the bias
     int segment = 0;                       // a new one begins after each gap between the samples
   };
   struct Sample {
@@ -48,8 +48,8 @@ class Gyroscope {
     double first_s = 0, second_s = 0;
     Eigen::Quaterniond first_from_second;
   };
-  // Sums over comparisons, the older the less, of the error of the samples' rotation with one
-  // candidate for the offset: rotation by the samples less rotation by the images.
+  // Weighted sums over comparisons, the older with less weight, for one candidate for the offset.
+  // The error of a comparison is the rotation by the samples minus the rotation by the images.
   struct Errors {
     Eigen::Vector3d by_duration = Eigen::Vector3d::Zero();
     double squared = 0;
@@ -57,10 +57,10 @@ class Gyroscope {
 
   // Nothing where samples are missing.
   std::optional<Orientation> OrientationAt(double time_s) const;
-  // first_from_second between two times of the gyroscope's clock, the bias in it; nothing where
-  // samples are missing.
+  // first_from_second between two times of the gyroscope's clock, with the bias in it; nothing
+  // where samples are missing.
   std::optional<Eigen::Quaterniond> Integral(double first_s, double second_s) const;
-  // Between, whether the gyroscope is refused or not.
+  // As Between, but also while the gyroscope is refused.
   std::optional<Turn> Calibrated(double first_s, double second_s) const;
   Eigen::Vector3d RateAt(double time_s) const;
   void Learn(const Comparison& comparison);
@@ -71,7 +71,8 @@ class Gyroscope {
   std::deque<Sample> samples_;
   std::deque<Comparison> waiting_;
   std::vector<Errors> errors_;  // by candidate
-  // Of comparisons, the older the less; and the same by how well they fit.
+  // The number of comparisons, the older with less weight; and the same, weighted by how well they
+  // fit.
   double compared_ = 0, agreed_ = 0;
   double squared_duration_ = 0;
   GyroscopeCalibration calibration_;

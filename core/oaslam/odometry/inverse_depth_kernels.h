@@ -12,7 +12,7 @@ namespace oaslam {
 // up in the same order, so that all give the same bits.
 inline constexpr size_t kTogether = 4;
 
-// The next multiple of what is taken together.
+// `count`, rounded up to a multiple of kTogether.
 inline size_t WholeVectors(size_t count) { return (count + kTogether - 1) / kTogether * kTogether; }
 
 // The sightings of one image of the points of one anchor: rows of a SightingTable.
@@ -22,8 +22,8 @@ struct ImagePair {
   size_t begin = 0, end = 0;  // whole vectors
 };
 
-// Sightings by pairs of images, and within a pair by point. A row that only fills up the rows of a
-// pair has no information and counts nothing.
+// Sightings, sorted by pairs of images, and within a pair by point. A row that pads the rows of a
+// pair has no information and does not count.
 struct SightingTable {
   std::vector<double> anchor_x, anchor_y;         // ray of the point in its anchor, z = 1
   std::vector<double> seen_x, seen_y;             // in the image
@@ -37,16 +37,16 @@ struct SightingTable {
 void CostsOfSightings(std::span<const ImagePair> pairs, const SightingTable& table,
                       double corner_chi2, double* costs);
 
-// What a sighting adds to the normal equations where its point takes part.
+// The terms of a sighting in the normal equations in which its point takes part.
 struct SightingTerms {
   double hessian, gradient;  // of the inverse depth
-  // Of a step of the image's pose and of the anchor's by the inverse depth.
+  // The cross terms of the inverse depth with a step of the image's pose, and of the anchor's.
   std::array<double, 6> by_image, by_anchor;
   std::array<double, 2> unused;
 };
 static_assert(sizeof(SightingTerms) == 16 * sizeof(double));  // which the kernel writes in a row
 
-// The sums over the sightings of a pair, by a step of the image's pose.
+// The normal equations of a step of the pose of the image, summed over the sightings of a pair.
 struct PairTerms {
   std::array<double, 36> hessian;
   std::array<double, 6> gradient;
@@ -74,11 +74,13 @@ class PoseBlocks {
   std::vector<double> blocks_;
 };
 
-// Subtracts what a point with this inverse information takes from the equations of the poses.
+// Eliminates the inverse depth of a point from the normal equations (Schur complement): subtracts
+// its terms from the equations of the poses. `inverse`: the inverse of the information on the
+// inverse depth.
 void EliminateDepth(std::span<const DepthCross> cross, double inverse, PoseBlocks& system);
 
-// The robust cost of one sighting with each of the inverse depths, added to `costs`. They are
-// whole vectors.
+// Adds the robust cost of one sighting at each of the inverse depths to `costs`. The number of
+// inverse depths is a multiple of kTogether.
 void AddCostsOfDepths(const ImagePair& pair, const SightingTable& table, size_t row,
                       std::span<const double> inverse_depths, double corner_chi2, double* costs);
 

@@ -8,10 +8,10 @@
 
 namespace oaslam {
 
-// Other motions of the images after one of a window, and how well the images agree with them. All
-// images up to that one, the pivot, are held; those after it are free, also where the window holds
-// some, as in a fast turn, in which its free keyframes span half a second. Depths of points that
-// rest on the motion in question are searched anew.
+// Evaluates other motions of the images after one image of a window, the pivot. All images up to
+// the pivot are held. The images after it are free, also where the window holds some, as in a fast
+// turn, in which the free keyframes of the window span half a second. The depths of points that
+// depend on the motion in question are searched anew.
 class MotionsSince {
  public:
   // `window` must outlive it.
@@ -23,8 +23,9 @@ class MotionsSince {
   };
 
   Start Present() const;
-  // Some images, the newest among them, have these poses cam_from_odom (by id, ascending). Between
-  // them the camera moves straight, and its rotations change as theirs do.
+  // The motion in which some images, the newest among them, have the poses cam_from_odom of `poses`
+  // (by id, ascending). Between these images, the camera centre and the correction of the rotation
+  // are interpolated over time.
   Start WithPoses(std::span<const std::pair<int, Rigid3>> poses) const;
 
   void Improve(int iterations, InverseDepthSolver& solver, Start& start) const;
@@ -39,7 +40,7 @@ class MotionsSince {
   int pivot_id_;  // its id
   WindowProblem made_;
   InverseDepthProblem bare_;   // by the images alone
-  InverseDepthProblem loose_;  // with what was known of depths at the pivot
+  InverseDepthProblem loose_;  // with the priors of depths that were known at the pivot
 };
 
 }  // namespace oaslam

@@ -25,7 +25,7 @@ struct OdometryOptions {
   int max_width = 960;     // of the tracked image: larger ones are halved until they fit
   int window = 15;         // free keyframes
   int recent = 2;          // free images that are no keyframes
-  int max_beginning = 14;  // keyframes before the motion is known: then the first is dropped
+  int max_beginning = 14;  // keyframes before the motion is known; with more the first is dropped
   CornerGrid grid;
   BeginningOptions beginning;
 };
@@ -35,7 +35,7 @@ enum class OdometryState {
   kTracking,
   kUncertain,  // many points do not fit, as in blurred images: the pose may be off by degrees
   kBlind,  // too few points agree on a pose, or too small a share of them, as without texture or at
-           // a cut: it is a guess, and to be given to nobody
+           // a cut: the pose is a guess, and must not be reported
 };
 const char* ToString(OdometryState state);
 
@@ -48,24 +48,24 @@ struct OdometryDepth {
 struct OdometryEstimate {
   OdometryState state = OdometryState::kPreliminary;
   // Counts how often the motion was interrupted, by images without texture, by a cut, or where too
-  // many points did not fit, as in blurred images: nothing is known of how poses of different runs
-  // lie to each other.
+  // many points did not fit, as in blurred images. The transformation between the frames of two
+  // runs is not known.
   int run = 0;
   Rigid3 cam_from_odom;
-  // Of a PoseVector, from the window alone as it was optimised last: it orders estimates by their
-  // risk, but says 1 or 2 % where a wrong minimum is off by 15.
+  // Covariance of a PoseVector, from the last optimisation of the window alone. It orders estimates
+  // by their risk, but is too small in a wrong minimum: 1 or 2 % where the error is 15 %.
   PoseCovariance covariance = PoseCovariance::Zero();
-  // How far the scale may have wandered since the odometry began: a variance of its logarithm, of
-  // which the difference is that between two images.
+  // The accumulated variance of the logarithm of the scale since the odometry began; the difference
+  // of two images is the variance between them.
   double scale_drift = 0;
   int image = 0;  // counted since the motion was begun
-  // Once the motion is not preliminary: cam_from_odom of the window's keyframes as they are now, by
-  // image, ascending. They replace what was given for them.
+  // cam_from_odom of the window's keyframes by the present estimate, by image, ascending; these
+  // poses replace earlier ones of the same keyframes. Empty while the motion is preliminary.
   std::vector<std::pair<int, Rigid3>> keyframes;
-  // With this image the odometry took another motion for that of its newest images: their poses
-  // since this one, as they were given, were wrong.
+  // With this image the odometry replaced the motion of its newest images by another
+  // (BetterMotion): the poses that it had given since the image of this number were wrong.
   std::optional<int> exchanged_since{};
-  int tracked = 0;  // points followed into this image, of those that did fit before
+  int tracked = 0;  // points followed into this image, of those that fitted before
   int inliers = 0;
   bool is_keyframe = false;
 };
@@ -78,16 +78,17 @@ class Odometry {
   Odometry(const Camera& camera, const OdometryOptions& options, uint64_t seed);
 
   // `image` has the camera's size; times ascend. The samples of a gyroscope ascend, too, over all
-  // calls: best those up to a quarter of a second after the image, the most that its clock may be
-  // ahead of the camera's.
+  // calls; they should reach up to a quarter of a second beyond the image, the most that the
+  // gyroscope's clock may be ahead of the camera's.
   OdometryEstimate Process(const GreyImage& image, double time_s,
                            std::span<const AngularVelocity> angular_velocity = {});
-  // No point from now on that the mask hides: the motion begins anew, if there is one.
+  // From now on follows no point that the mask hides; begins the motion anew, if there is one.
   void SetMask(const ImageMask& mask);
-  // Of the points in the newest image whose depth is known to a third.
+  // The inverse depths of the points in the newest image whose depth is known to a third.
   std::vector<OdometryDepth> Depths() const;
   const Gyroscope& gyroscope() const { return gyroscope_; }
-  // What was optimised last, for who measures the search; no motion yet while it is preliminary.
+  // The window as it was optimised last, for tools that measure the search; it has no motion yet
+  // while the state is kPreliminary.
   const Window& window() const { return window_; }
   const WindowOptions& window_options() const { return window_options_; }
 
@@ -158,11 +159,11 @@ class Odometry {
   InverseDepthSolver solver_;
   bool is_beginning_ = true;
   std::optional<Window> leader_;  // of the beginning: with the motion that explains it best
-  Rigid3 preliminary_;            // the pose of the newest image by it
-  double compared_s_ = 0;         // when its rivals were last looked at
+  Rigid3 preliminary_;            // the pose of the newest image by `leader_`
+  double compared_s_ = 0;         // when the rivals of `leader_` were last optimised
   bool keyframe_is_due_ = false;
   std::shared_ptr<const GreyPyramid> last_, present_;
-  std::vector<std::shared_ptr<GreyPyramid>> pyramids_;  // all; what nobody else holds is used again
+  std::vector<std::shared_ptr<GreyPyramid>> pyramids_;  // all; reused when nobody else holds them
   std::vector<GreyBuffer> halved_;                      // of the image, down to the tracked one
   // The newest keyframes, whose patches are followed; by image.
   std::vector<KeptKeyframe> keyframes_;

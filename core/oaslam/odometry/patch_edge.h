@@ -7,24 +7,26 @@
 
 namespace oaslam {
 
-// A patch on an edge is found less surely along the edge than across it: where it looks a little
-// otherwise than before (blur, another side, a reflection), it slides.
+// How a patch on an edge is found: less surely along the edge than across it. Where the patch looks
+// a little different than before (blur, another viewpoint, a reflection), the match slides along
+// the edge.
 struct PatchEdge {
   Eigen::Vector2d along = Eigen::Vector2d::UnitX();  // in the image, of length 1
-  double slide = 1;  // sigma of a sighting along the edge, in those across it; 1 at a corner
+  double slide = 1;  // sigma of a sighting along the edge, divided by that across it; 1 at a corner
 
-  // As another image sees it.
+  // The edge as another image sees it.
   PatchEdge In(const Rigid3& image_from_here) const;
-  // Of a sighting, in units of the variance across the edge; and the root of the inverse,
-  // symmetric.
+  // The covariance of a sighting, in units of the variance across the edge; and the root of its
+  // inverse, symmetric.
   Eigen::Matrix2d Covariance() const;
   Eigen::Matrix2d RootOfInformation() const;
-  // How far a sighting is off, where a shift along the edge counts less.
+  // The length of the error of a sighting, in which a shift along the edge counts less.
   double Off(const Eigen::Vector2d& shift) const { return (RootOfInformation() * shift).norm(); }
 };
 
-// By the structure tensor of the patch about this pixel (Foerstner and Guelch 1987): what changes
-// across the edge is taken for a shift along it in the ratio of the slopes there.
+// The edge at a pixel, from the structure tensor of the patch around it (Foerstner and Guelch
+// 1987). A part of a brightness change across the edge is taken for a shift along it, by the ratio
+// of the slopes across and along the edge.
 PatchEdge EdgeAt(const GreyImage& image, const Eigen::Vector2f& px);
 
 }  // namespace oaslam

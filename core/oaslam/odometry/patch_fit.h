@@ -21,11 +21,11 @@ struct PatchFit {
 
 // Moves and stretches a patch of 10 x 10 pixels around `px` of `first` so that it fits `second`,
 // from `start` on: affine (Shi and Tomasi 1994), with the derivatives of the first image (Baker and
-// Matthews 2004). A patch that is only moved slides along arcs and edges that are seen from another
-// side by now. Pixels near the middle count most; differences of brightness and contrast do not
-// matter; what the patch does not show of its stretch stays near the start. A patch that is nowhere
-// near has a correlation of 0 or less. Both images may be read kBorder pixels of a GreyPyramid
-// beyond their edges. Nothing where the patch leaves an image, or has no contrast.
+// Matthews 2004). A patch that is only moved slides along arcs and edges when the viewpoint
+// changes. Pixels near the middle count most; differences of brightness and contrast do not matter;
+// the part of the stretch that the patch does not determine stays near the start. A patch that is
+// nowhere near has a correlation of 0 or less. Both images may be read kBorder pixels of a
+// GreyPyramid beyond their edges. Nothing where the patch leaves an image, or has no contrast.
 std::optional<PatchFit> FitPatch(const GreyImage& first, const Eigen::Vector2f& px,
                                  const GreyImage& second, const PatchPose& start);
 

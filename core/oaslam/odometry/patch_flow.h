@@ -17,7 +17,7 @@ struct FlowOptions {
       5;  // of the pyramids, from the lowest on; at the fifth, 8 px are 128 px of the image
   // Pixels of the lowest level: a step this small ends the search, below the noise of any camera.
   double tolerance = 0.02;
-  int max_iterations = 20;  // at each level: ends what does not settle
+  int max_iterations = 20;  // at each level: ends a search that does not converge
 };
 
 // The place in `second` of what is at `px` in `first`, near `guess`; nothing where it leaves the

@@ -9,8 +9,8 @@
 
 namespace oaslam {
 
-// px by which a patch is moved to fit an earlier image, at most: more is another place, or a patch
-// that has turned.
+// The largest shift in px of a patch that is moved to fit an earlier image: beyond it lies another
+// place, or a patch that has turned.
 inline constexpr float kMaxShift = 1.5;
 
 // A point to be followed from one image to the next.
@@ -22,10 +22,10 @@ struct PointToFollow {
   Eigen::Vector2f earlier_px = Eigen::Vector2f::Zero();
 };
 
-// The places of points in the next image, nothing for those that are lost: by patches that are
-// followed there and back; where many are lost, once more from the motion of those beside them; at
-// last moved to fit the patch of an earlier image, so that errors do not add up from image to
-// image.
+// Tracks points into the next image; nothing for points that are lost. Patches are followed there
+// and back. Where many points are lost, they are followed once more from the motion of the points
+// beside them. Last, each patch is moved to fit the patch of an earlier image, so that errors do
+// not add up from image to image.
 std::vector<std::optional<Eigen::Vector2f>> FollowPoints(std::span<const PointToFollow> points,
                                                          const GreyPyramid& last,
                                                          const GreyPyramid& next);

@@ -19,11 +19,11 @@ struct PosePoint {
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();
 };
 
-// Where the camera is expected, and how surely.
+// The prior of a pose, in the frame and the unit of the odometry.
 struct PoseFitPrior {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double sigma = 1;
-  // Where a gyroscope tells it: from the odometry's frame.
+  // The rotation cam_from_odom by a gyroscope, where there is one.
   std::optional<Turn> rotation{};
 };
 
@@ -34,15 +34,16 @@ Eigen::Matrix3d RotationBetween(std::span<const Eigen::Vector2d> first,
 
 inline constexpr double kFarStart = 8;  // the inflation of errors where the start is a prediction
 
-// The pose of a new image by its points, whose depths may be wrong by their variances: Gauss-Newton
-// with errors that are `inflation` times as large at first, so that a start far away is drawn in.
+// Estimates the pose of a new image from its points, whose depths may be wrong by their variances:
+// Gauss-Newton, which begins with errors that are `inflation` times as large, so that it converges
+// from a start that is far away.
 Rigid3 RefinePose(std::span<const PosePoint> points, const WindowOptions& options,
                   const PoseFitPrior& prior, double inflation, const Rigid3& start);
 
 // The distinct poses that RefinePose reaches from the predicted one (`by_prediction`, with the
 // inflation kFarStart), from the predicted place with the rotation of the flow, and from the
-// prediction with its place nearly held. Rotation and translation look alike where the view is
-// narrow: which is right, the window decides.
+// prediction with its place nearly held. In a narrow view rotation and translation look alike, and
+// only the optimisation of the window tells which pose is right.
 std::vector<Rigid3> PoseStarts(std::span<const PosePoint> points, const WindowOptions& options,
                                const PoseFitPrior& prior, const Rigid3& predicted,
                                const Rigid3& by_prediction, const Eigen::Matrix3d& rotation_of_flow,

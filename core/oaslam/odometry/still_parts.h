@@ -10,17 +10,17 @@
 
 namespace oaslam {
 
-// Finds parts of the image that move with the camera: points that stay where they are in the image
-// while those elsewhere move as if the camera turned, in several directions and over seconds, in a
-// connected part. What is far away moves in a turn, too, and a camera that stands sees nothing move
-// in most of its image: neither is taken for such a part.
+// Finds parts of the image that move with the camera: connected parts whose points stay where they
+// are in the image while points elsewhere move as if the camera turned, in several directions and
+// over seconds. Far points move in a turn, too, and a camera at rest sees nothing move in most of
+// its image: neither makes such a part.
 class StillParts {
  public:
   // Looks at an image, unless one was looked at just before. Times ascend. Returns whether the mask
   // has changed.
   bool Add(const GreyImage& image, double time_s);
   const ImageMask& mask() const { return mask_; }
-  // Whether so much was seen without such a part that none is to be expected.
+  // Whether so many images showed no such part that none is to be expected.
   bool IsSettled() const { return is_settled_; }
   // Seconds of images without a part, after which none is to be expected.
   static constexpr double kEnough_s = 12;

@@ -12,8 +12,8 @@ namespace oaslam {
 RayMatches MatchesBetween(const Window& window, int first, int second,
                           const WindowOptions& options);
 
-// The motions second_from_first that two images know for themselves, translations of length 1:
-// those of the essential matrix and of the homography, from so many samples.
+// The motions second_from_first that two images alone determine, translations of length 1: those of
+// the essential matrix and of the homography, by RANSAC with the given numbers of samples.
 std::vector<Rigid3> MotionsBetween(const RayMatches& matches, int of_essential, int of_homography,
                                    Rng& rng);
 

@@ -19,7 +19,7 @@ struct WindowImage {
   bool is_keyframe = false;
   bool is_held = false;             // its pose is no longer changed
   double median_inverse_depth = 1;  // of what it sees
-  std::optional<Turn> turn{};       // from the image before, where a gyroscope tells it
+  std::optional<Turn> turn{};       // from the image before, by a gyroscope if there is one
 };
 
 // A point seen again in an image after its anchor.
@@ -34,8 +34,8 @@ struct Sighting {
 struct WindowPoint {
   int anchor = 0;  // id of the image that saw it first
   Eigen::Vector2f anchor_px = Eigen::Vector2f::Zero();
-  Eigen::Vector2d ray = Eigen::Vector2d::Zero();  // there
-  PatchEdge edge{};                               // there
+  Eigen::Vector2d ray = Eigen::Vector2d::Zero();  // in the anchor
+  PatchEdge edge{};                               // in the anchor
   double inverse_depth = 1, variance = 1;
   double prior_inverse_depth = 1, prior_sigma = 1;
   std::vector<Sighting> sightings{};  // by image
@@ -43,38 +43,43 @@ struct WindowPoint {
   // In the newest image.
   Eigen::Vector2f px = Eigen::Vector2f::Zero();
   bool is_tracked = true;
-  // How its patch in an earlier keyframe, by id, was stretched in the newest one (PatchPose).
+  // How the patch of the point in an earlier keyframe, by id, was stretched in the newest image
+  // (PatchPose).
   int stretched_from = -1;
   Eigen::Matrix2f stretch = Eigen::Matrix2f::Identity();
 
-  // Where an image saw it; null if it did not.
+  // Where an image saw the point; null if it did not.
   const Eigen::Vector2f* PxIn(int image) const;
   const Eigen::Vector2d* RayIn(int image) const;
-  // The depth is known to a third: it helps to guess that of its neighbours.
+  // Whether the depth is known to a third: then it helps to guess the depths of neighbouring
+  // points.
   bool HasDepth() const { return variance < 0.1 * inverse_depth * inverse_depth; }
-  // To a tenth.
+  // Whether the depth is known to a tenth.
   bool HasGoodDepth() const { return variance < 0.01 * inverse_depth * inverse_depth; }
-  // Where the sighting before the newest did not fit, the newest tells nothing new.
+  // Whether the sighting before the newest one fitted. If not, the newest sighting gives no new
+  // information.
   bool DidFit() const { return sightings.size() < 2 || sightings[sightings.size() - 2].fits; }
 };
 
 struct WindowOptions {
-  // Of a track, its drift over some ten images included. The sigmas are the prototype's
-  // (docs/lab/odometry.md); others were not tried.
+  // The standard deviation of a track, including its drift over some ten images. The sigmas are the
+  // prototype's (docs/lab/odometry.md); others were not tried.
   double sigma_px = 0.7;
   double huber_sigmas = 1.5;
-  // Of the sightings (PseudoHuberLossOf). Many are off by one to three pixels, and alike: points on
-  // edges before a wall, in reflections, on bare walls. Losses that are not convex make wrong
-  // motions into minima (docs/lab/odometry.md).
+  // Of the loss of sightings (PseudoHuberLossOf). Many sightings have similar errors of one to
+  // three pixels: points on edges in front of a wall, in reflections, on bare walls. Losses that
+  // are not convex make wrong motions into minima (docs/lab/odometry.md).
   double corner_chi2 = 0.5;
   double outlier_px = 3;  // kMostSigmas
-  // Of a point whose depth is well known: where such points do not fit, the newest poses may be
-  // what is wrong, and the scale would go with them (docs/lab/odometry.md).
+  // As outlier_px, for a point whose depth is well known: where such points do not fit, the newest
+  // poses may be wrong, and without these points the scale would be lost, too
+  // (docs/lab/odometry.md).
   double known_outlier_px = 10;
-  // Change of velocity in a second, in median depths per second: of a hand.
+  // The standard deviation of the change of velocity in a second, for a camera held by hand; median
+  // depths per second.
   double velocity_sigma = 1.5;
-  // Change of the turn's rate over a second, rad/s, where it is a random walk: of this film, as far
-  // as it is known.
+  // The standard deviation of the change of angular velocity over a second, rad/s, where it is a
+  // random walk: of this film, as far as it is known.
   double turn_rate_sigma = 0.7;
   double focal_px = 500;  // of the tracked image
 };
@@ -85,7 +90,8 @@ struct UnitLength {
   double length = 1;
 };
 
-// The newest images and keyframes with the points they see: a value. Copies are hypotheses.
+// The newest images and keyframes with the points they see. A window is a value: a hypothesis of
+// the motion is a copy of it.
 struct Window {
   std::vector<WindowImage> images;  // by id
   std::vector<WindowPoint> points;
@@ -108,7 +114,7 @@ struct Window {
 
   // Removes an image with its sightings; points that it saw first get the next sighting as anchor.
   void Remove(int id);
-  // Removes points and held images that no free image depends on any more, except `kept`.
+  // Removes points and held images that no free image depends on any more, except `kept_image`.
   void RemoveUnused(int kept_image);
 
  private:
@@ -142,11 +148,12 @@ struct WindowFit {
   double cost = 0;
 };
 
-// Flags the sightings of free images by their present residuals. Of the newest image's only inliers
-// are tracked further.
+// Flags outliers among the sightings of free images by their present residuals. Only points whose
+// sighting in the newest image is an inlier are tracked further.
 WindowFit FlagOutliers(const WindowOptions& options, Window& window);
 
-// Sets the median of what the newest image sees; `smoothed`: a fifth of the way.
+// Sets Window::median_inverse_depth from the points that the newest image sees; `smoothed`: moves
+// it a fifth of the way.
 void UpdateMedianDepth(bool smoothed, Window& window);
 
 }  // namespace oaslam

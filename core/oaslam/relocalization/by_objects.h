@@ -25,9 +25,9 @@ std::vector<Relocalization> RelocalizeByObjects(
     const RelocalizationConfig& config, const std::optional<Eigen::Vector3d>& gravity_in_cam,
     Rng& rng);
 
-// Refines a pose by points together with the detected objects. `by_points` must be found.
-// Points of a view from an unusual side have correlated errors. So all of them together count as
-// one: their covariance is multiplied by their number.
+// Refines a pose by points together with the detected objects. `by_points` must be found. Points of
+// a view from an unusual side have correlated errors, so that all of them together count as one
+// point: their covariance is multiplied by their number.
 Relocalization RefineByPointsAndObjects(std::span<const ObjectDetection> detections,
                                         const Camera& camera, const Map& map,
                                         const RelocalizationConfig& config,

@@ -14,7 +14,7 @@ namespace oaslam {
 
 // Landmarks that must agree with a pose in the half second after a lost camera was found.
 constexpr int kMinRelocalizationInliers = 50;
-// Of RANSAC with P3P on matched points, at most.
+// The largest number of iterations of RANSAC with P3P on matched points.
 constexpr int kRansacIterations = 300;
 
 // Relocalizes a frame by its points: finds places of similar appearance, estimates the
@@ -35,8 +35,8 @@ Relocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& map,
                                           const RelocalizationConfig& config, Rng& rng,
                                           Appearance appearance = Appearance::kOrb);
 
-// Refines a relocalized pose together with the focal length of the frame's camera, and judges it
-// anew. Its sigma is infinite where the points do not determine it.
+// Refines a relocalized pose together with the focal length of the frame's camera, and judges the
+// pose anew. `focal_sigma` is infinite where the points do not determine the focal length.
 Relocalization RefineFocal(const Frame& frame, const Map& map, Relocalization found,
                            double min_confidence);
 

@@ -15,11 +15,11 @@ constexpr double kSureConfidence = 0.998;
 // to.
 double ConfidenceOfObjects(const ObjectSupport& best);
 
-// The same where the map has points and none agrees: objects alone stand against another room that
-// is arranged alike (of a hotel, an office), whose boxes fit less well each, or as well elsewhere,
-// and against a position that is uncertain by an eighth of the distance. At most
-// ConfidenceOfObjects.
-// Fitted to images of flats and desks in maps of each other (docs/lab/relocalization.md).
+// The same probability where the map has points and none agrees with the pose. Objects alone must
+// also exclude another room that is arranged alike (of a hotel, an office), in which each box fits
+// less well or another pose fits as well; and a position that is uncertain by an eighth of the
+// distance lowers the probability. At most ConfidenceOfObjects. Fitted to images of flats and desks
+// in maps of each other (docs/lab/relocalization.md).
 double ConfidenceOfObjectsAlone(const ObjectSupport& best);
 
 // The confidence of a pose that points and objects found independently.

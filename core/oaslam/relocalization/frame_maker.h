@@ -23,8 +23,8 @@ GreyImage ViewOf(const cv::Mat& grey);
 // A mask as an image: 0 where it hides, else 255.
 cv::Mat ImageOf(const ImageMask& mask, const cv::Size& size);
 
-// Removes the boxes, in pixels of images of this size, of which a mask hides more than half: they
-// are of what moves with the camera.
+// Removes the boxes, in pixels of images of this size, of which a mask hides more than half: such
+// boxes show what moves with the camera.
 void EraseHidden(const ImageMask& mask, const cv::Size& size, std::vector<Detection>& detections);
 
 // Check the inputs of Slam; throw InputError.
@@ -50,7 +50,7 @@ class FrameMaker {
         extractor_(config.features, camera),
         nothing_(std::make_shared<const Features>(extractor_.Nothing())) {}
 
-  // Key points from now on are outside of what the mask hides.
+  // From now on extracts key points only outside of what the mask hides.
   void SetMask(const ImageMask& mask) { extractor_.SetMask(mask); }
 
   // Throws InputError for an image of another size or type, for detections or samples of a

@@ -18,8 +18,8 @@ void CheckMotion(const MotionInput& given);
 // `bounds`: of the ideal image.
 Features FeaturesOf(const ImageFeatures& given, const Box& bounds);
 
-// Null where it is not known. Its run is a negative number, so that none of Slam's own odometry is
-// taken for it.
+// Null where the motion is not known. The run of the result is negative, so that it never equals a
+// run of Slam's own odometry.
 std::shared_ptr<const FrameMotion> MotionOf(const MotionInput& given, const Camera& camera);
 
 }  // namespace oaslam

@@ -16,7 +16,8 @@ void CheckOptions(const RelocalizeOptions& options, const ImageInput& input);
 // The camera that stands for an unknown one, of which only the size is known.
 Camera UnknownCamera(const cv::Size& size);
 
-// Find an image in a map, with options that were checked; the map's world is not told.
+// Find an image in a map, with options that were checked; the result does not name the world of the
+// map.
 //
 // `camera`: that of the image, and of `maker`.
 RelocalizationResult FindImage(const ImageInput& input, const Camera& camera,

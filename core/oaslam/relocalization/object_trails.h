@@ -19,7 +19,7 @@ namespace oaslam {
 
 // Finds a camera by its detected objects over successive images. Each candidate pose is followed
 // through the images: predicted with constant velocity, and refined by the boxes. A pose and its
-// best rival are judged by their mean scores over the last images, since a wrong pose rarely
+// best rival are compared by their mean scores over the last images, since a wrong pose rarely
 // explains the boxes of many images as well as those of one.
 class ObjectTrails {
  public:

@@ -20,47 +20,51 @@
 namespace oaslam {
 
 // A submap of a run: a map with its own frame and unit, and the poses of the frames from which it
-// was made. The camera is tracked in it, or it waits until its place in the others is known.
+// was made. Either the camera is tracked in it, or it waits until its transformation to another
+// submap is known.
 struct AtlasSubmap {
-  int number = 0;                    // of a run, each has its own
-  std::unique_ptr<Session> session;  // null: it waits
-  uint32_t next_keyframe = 0;        // the id of the next new one; of a submap with a session
-  // Of one that waits.
+  int number = 0;                    // unique in a run
+  std::unique_ptr<Session> session;  // null: the submap waits
+  uint32_t next_keyframe = 0;        // the id of the next new one; only with a session
+  // The next three members are of a waiting submap only.
   Submap content{};
   Relocalizer relocalizer;  // with an index of its places
-  SubmapLink link{};        // poses in it of frames that are tracked in another
-  // Time stamp of the last image of this run whose pose it gave; of one of an earlier run: minus
-  // infinity.
+  SubmapLink link{};        // poses in this submap of frames that are tracked in another
+  // Time stamp of the last image whose pose the submap gave; minus infinity for a submap of an
+  // earlier run.
   double seen_at = -INFINITY;
 
   bool IsWaiting() const { return !session; }
-  // Of one that waits.
+  // Of a waiting submap only.
   size_t keyframes() const { return content.map.keyframes.size(); }
 };
 
-// All submaps of a run, in one container. One is the main submap, in whose frame poses are
-// reported; in a second one, which grows, the camera is tracked while it is lost in the main one;
-// the others wait. Submaps are joined as soon as enough frames have a pose in both, by points or
-// objects. None is dropped. Without mapping, none grows.
-// - Once the camera has been lost for a while, a submap begins to grow. The camera is still looked
-//   for in the main one.
-// - While it is found there by objects only, both are kept up until the transformation between them
-//   is known (paper, section "Application to AR": resuming SLAM).
-// - Once it is found there by points, both are kept up for half a second more. Then, or where it is
-//   lost in the growing submap, too, that one waits.
-// - A growing submap takes the place of the main one when it has become larger, while the camera is
-//   lost in the main one, or when that is given up, being too small to find the camera again. Where
-//   the place of the growing submap in a waiting one is found, while the camera is lost in the main
-//   one, the waiting one becomes the main submap and the growing one is joined with it. A main
-//   submap that was loaded, has anchors or is in metres keeps its place.
+// All submaps of a run. Poses are reported in the frame of the main submap. While the camera is
+// lost in the main submap, it is tracked in a second one, which grows. All other submaps wait. Two
+// submaps are joined as soon as enough frames have a pose in both, by points or objects. No submap
+// is dropped. Without mapping, no submap grows.
+// - A submap begins to grow once the camera has been lost for a while. The camera is still searched
+//   in the main submap.
+// - While the camera is found in the main submap by objects only, it is tracked in both submaps
+//   until the transformation between them is known (paper, section "Application to AR": resuming
+//   SLAM).
+// - Once the camera is found in the main submap by points, it is tracked in both submaps for half a
+//   second more. After that time, or where the camera is lost in the growing submap, too, the
+//   growing submap waits.
+// - The growing submap becomes the main one when it is larger than the main one while the camera is
+//   lost there, or when the main one is given up, being too small to find the camera again.
+// - Where a waiting submap is found to contain the place of the growing one while the camera is
+//   lost in the main one, the waiting submap becomes the main one, and the growing submap is joined
+//   with it.
+// - A main submap that was loaded, has anchors or is in metres stays the main one.
 class Atlas {
  public:
   // `is_loaded`: the camera is looked for in `map`, which stays the main submap unless it is empty,
   // and no initial map is made.
   Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Submap> others);
 
-  // Whether the next frame must have features; without them its pose is by its motion since the map
-  // was last looked for. `motion`: null as long as it is not known.
+  // Whether the next frame must have features; without features its pose is by dead reckoning.
+  // `motion`: null as long as it is not known.
   bool NeedsFeatures(double timestamp, const FrameMotion* motion) const;
   // Tracks the next frame.
   TrackingStep Process(const Frame& frame);
@@ -70,10 +74,10 @@ class Atlas {
   // Joins the submaps that can be joined, makes the largest one the main one unless that must keep
   // its place, and waits for the last optimisation. Without mapping the map does not change.
   void Finish();
-  // The exception that ended the mapping of any submap (MapPipeline); null while mapping works. The
-  // caller gives no more frames then. All submaps are kept. Where the mapping of the main one
-  // still works, Finish joins the growing one with it if it can, and optimises it. It leaves the
-  // waiting ones as they are.
+  // The exception that ended the mapping of any submap (MapPipeline); null while mapping works.
+  // After a failure the caller gives no more frames. All submaps are kept. Where the mapping of the
+  // main submap still works, Finish joins the growing submap with it if it can, and optimises the
+  // main submap; Finish leaves waiting submaps as they are.
   std::exception_ptr failure();
 
   void SetRelocalizationMode(RelocalizationMode mode) { mode_ = mode; }
@@ -91,14 +95,14 @@ class Atlas {
   const Session& main() const { return *main_->session; }
   // The number of the main submap, in whose frame poses are reported.
   int main_number() const { return main_->number; }
-  // The pose of the newest image in the submap that grows, and the number of that; nothing where
-  // none grows, or the camera is not followed in it.
+  // The number of the growing submap, and the pose of the newest image in it; nothing where no
+  // submap grows, or where the camera is not followed in the growing one.
   std::optional<std::pair<int, ImagePose>> PoseInGrowing() const;
-  // The submaps that were joined with the main one, directly or not, by number: main_from_submap,
-  // as it was when they were joined, in the present unit.
+  // main_from_submap of each submap that was joined with the main one, directly or through others,
+  // by number: the transformation at the joining, in the present unit.
   std::map<int, Similarity> Joined() const;
-  // What a submap that was joined with the main one tells of the unit of that, once after the
-  // joining: the main one is to be scaled to metres.
+  // Removes and returns the length of the main submap's unit in metres, where a submap in metres
+  // has been joined with the main one: the caller is to scale the main submap by it.
   std::optional<Metre> TakeMetre() { return std::exchange(metre_, std::nullopt); }
   // All submaps but the main one, by descending number of keyframes, numbered so that no two share
   // an id. Waits for the mapping of the growing one.
@@ -108,7 +112,7 @@ class Atlas {
   // The submap that grows.
   struct Growth {
     AtlasSubmap* submap;
-    std::optional<double> lost_since{}, found_since{};  // in it; in the main one: time stamps
+    std::optional<double> lost_since{}, found_since{};  // time stamps: here; in the main one
     SubmapLink to_main{};
     ImagePose pose{};  // of the newest image
     Session& session() const { return *submap->session; }
@@ -152,7 +156,7 @@ class Atlas {
   bool mapping_ = true;
   bool is_loaded_;        // the main submap, by the user
   uint32_t next_object_;  // of the run
-  // Those that wait in the order in which they began to.
+  // Waiting submaps come in the order in which they began to wait.
   std::list<AtlasSubmap> submaps_;
   AtlasSubmap* main_ = nullptr;
   std::optional<Growth> growing_;
@@ -161,9 +165,10 @@ class Atlas {
   // Time stamp in seconds of the last frame that was looked for in the main submap and not found.
   std::optional<double> last_vain_look_;
   int next_number_ = 0;
-  // Of a submap that was joined with another, by number.
+  // The submap with which another one was joined, and the transformation; `joinings_` is by the
+  // number of the joined submap.
   struct Joining {
-    int into = 0;  // the number of the other one
+    int into = 0;  // number of the submap that it was joined with
     Similarity into_from_joined;
   };
   std::map<int, Joining> joinings_;

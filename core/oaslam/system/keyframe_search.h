@@ -12,15 +12,16 @@ namespace oaslam {
 // How many keyframes to look for, spread evenly over the submap where it has more.
 struct SearchEffort {
   size_t max_keyframes = 60;
-  size_t max_in_vain = 15;  // number of keyframes after which it gives up if none was found
+  size_t max_in_vain = 15;  // number of keyframes after which the search ends if none was found
 };
 
 struct SearchResult {
   size_t looked_for = 0, found = 0;
-  size_t flat = 0;  // by one plane alone, which tells no place (TellsPlace)
+  size_t flat = 0;  // found by one plane alone, which does not identify a place (TellsPlace)
 };
 
-// Relocalizes keyframes of a submap in another map, and adds those found, and not flat, to `link`.
+// Relocalizes keyframes of a submap in another map, and adds the keyframes that were found, except
+// the flat ones, to `link`.
 SearchResult FindKeyframes(const Submap& submap, const Map& world, RelocalizationMode mode,
                            const SearchEffort& effort, const SlamConfig& config,
                            Relocalizer& relocalizer, SubmapLink& link);

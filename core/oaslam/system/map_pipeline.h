@@ -27,8 +27,8 @@ class MapPipeline {
 
   static constexpr size_t kMaxQueued = 8;  // bounds how old the tracker's map may be
 
-  // Submits a command; blocks while kMaxQueued commands are queued. Every snapshot from now on
-  // contains one that is urgent, in any mode.
+  // Submits a command; blocks while kMaxQueued commands are queued. In any mode, every snapshot
+  // from now on contains an urgent command.
   void Submit(MapCommand command);
 
   // The snapshot for the tracker of a frame.
@@ -41,7 +41,7 @@ class MapPipeline {
   std::shared_ptr<const Map> Finish();
   // Waits for all commands and returns the map, which the tracker sees from then on.
   std::shared_ptr<const Map> Newest();
-  // The same for another reader: does not change which snapshots the tracker gets.
+  // As Newest, but for another reader: does not change which snapshots the tracker gets.
   std::shared_ptr<const Map> Mapped();
 
   size_t QueueLength();
@@ -69,7 +69,7 @@ class MapPipeline {
   std::deque<std::pair<int, uint64_t>> submitted_;
   uint64_t submitted_count_ = 0, applied_count_ = 0, required_ = 0;
   std::exception_ptr failure_;
-  std::jthread thread_;  // the last member: it ends, after the commands that are queued, first
+  std::jthread thread_;  // the last member: destroyed first, after it has done all queued commands
 };
 
 }  // namespace oaslam

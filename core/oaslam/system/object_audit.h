@@ -11,8 +11,8 @@
 
 namespace oaslam {
 
-// Counts, while a map is only read, which of its mapped objects the images show in their places and
-// which are missing there.
+// Counts, while a map is only read, which of its mapped objects the images show in their places,
+// and which they should show there and do not.
 class ObjectAudit {
  public:
   // Adds the detections of a frame whose pose in the map is known.

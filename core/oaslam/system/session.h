@@ -18,7 +18,7 @@ class Session {
 
   // Tracks the next frame and submits the command that results to the mapper.
   TrackingStep Process(const Frame& frame, const TrackingContext& context);
-  // Takes note of a frame without looking for the lost camera in it.
+  // Records a frame without trying to relocalize the lost camera in it.
   TrackingStep PassOver(const Frame& frame, const TrackingContext& context) {
     return tracker_.PassOver(frame, *snapshot_, context);
   }
@@ -28,10 +28,10 @@ class Session {
                                             const TrackingContext& context);
   // Submits an edit, waits until the mapper has applied it, and takes the resulting map.
   void Submit(MapEdit edit);
-  // The same with the observations since the last command.
+  // As Submit, with the observations since the last command.
   void SubmitRest(MapEdit edit = {});
-  // Waits until everything seen is in the map, then scales map and tracker to metres.
-  // `by_objects`: what the factor follows from; nothing where it was given.
+  // Waits until everything seen is in the map, then scales map and tracker to metres. `by_objects`:
+  // the evidence for the factor by objects; nothing where the user gave the factor.
   void ScaleToMetres(double factor, const std::optional<UnitByObjects>& by_objects);
   // Adds another submap to the map and waits for the mapper. Returns false where mapping has
   // failed.
@@ -48,7 +48,7 @@ class Session {
   const std::shared_ptr<const Map>& snapshot() const { return snapshot_; }
   // Waits for all commands submitted and returns the map that contains them.
   std::shared_ptr<const Map> Newest() { return snapshot_ = pipeline_.Newest(); }
-  // The same without effect on the tracker.
+  // As Newest, without effect on the tracker.
   std::shared_ptr<const Map> Mapped() { return pipeline_.Mapped(); }
 
  private:

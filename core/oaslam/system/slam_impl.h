@@ -47,7 +47,8 @@ class OASLAM_LOCAL Slam::Impl {
   Frame MakeFrame(const ImageInput& input, int index, int keypoints);
   RelocalizationResult Relocalize(const ImageInput& input, const RelocalizeOptions& options);
   void SetMask(const ImageMask& mask);
-  // Sets the ray of a pixel of the newest image; returns why there is none, or nothing.
+  // Sets the ray of the pixel that the request names in the newest image. Returns why there is
+  // none, or an empty text.
   std::string SetRay(const Map& map, AnchorRequest& request) const;
   // Edits the newest map's anchors, not those that the tracker sees: commands that are still queued
   // may change the scale of the map.
@@ -62,9 +63,10 @@ class OASLAM_LOCAL Slam::Impl {
   // Posts the map to other threads after a change by another call than Process, with the newest
   // image's pose in it.
   void PostChange();
-  // Slam::SetMetresPerUnit; `by_objects`: what the metre follows from, nothing where it was given.
+  // Slam::SetMetresPerUnit; `by_objects`: the evidence for the metre by objects, nothing where the
+  // user gave the metre.
   void SetMetresPerUnit(double metres, const std::optional<UnitByObjects>& by_objects);
-  // The same, where the map was joined with one that is in metres.
+  // As SetMetresPerUnit, where the map was joined with one in metres (Atlas::TakeMetre).
   void TakeMetre();
 
   SlamConfig config_;
@@ -83,7 +85,7 @@ class OASLAM_LOCAL Slam::Impl {
   std::shared_ptr<SlamStates::Board> states_ = std::make_shared<SlamStates::Board>();
   mutable SnapshotSeries snapshots_;
   TrackingResult newest_;                  // as posted last
-  mutable std::map<int, WorldId> worlds_;  // of the submaps that were told of, by number
+  mutable std::map<int, WorldId> worlds_;  // by number of a submap that a result has named
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
   bool is_mapping_ = true;
   // Whether a call has thrown the MappingError already.

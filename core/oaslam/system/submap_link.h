@@ -39,14 +39,14 @@ struct SubmapAlignment {
 // section "Application to AR": resuming SLAM).
 class SubmapLink {
  public:
-  // Adds the pose of a frame in the other submap, by objects or TrackedAt. One by objects may be
+  // Adds the pose of a frame in the other submap, by objects or TrackedAt. A pose by objects may be
   // too uncertain to be shown to the user.
   void Add(int frame_index, const Relocalization& in_other);
   // Adds the pose of a keyframe that was found in the other submap, whose map is `other`. It counts
   // more than other frames, since keyframes share less of their view than successive frames and
   // their errors are less correlated. `is_soon`: the camera was in the other submap at most
-  // kLongestStep before. Then points that both submaps have tell the scale, and the keyframe counts
-  // most; otherwise two keyframes that look alike by chance would suffice.
+  // kLongestStep before. Then points that both submaps have determine the scale, and the keyframe
+  // counts most. Without this condition two keyframes that look alike by chance would suffice.
   void AddKeyframe(int frame_index, const Relocalization& found, const Map& other, bool is_soon);
 
   // Estimates the similarity; nothing while it is not well determined. `map` and `trajectory` are
@@ -54,7 +54,7 @@ class SubmapLink {
   std::optional<SubmapAlignment> Align(const Map& map, std::span<const FramePose> trajectory) const;
 
  private:
-  // Of a landmark of the other submap that a key point shows.
+  // The depth of a landmark of the other submap that a key point shows.
   struct PointDepth {
     int keypoint = 0;
     double depth = 0;

@@ -12,15 +12,16 @@ namespace oaslam {
 // The poses of the last minute before `now`, enough to know the usual speed of a camera.
 std::span<const FramePose> NewestPoses(const std::vector<FramePose>& trajectory, double now);
 
-// Longer steps, in seconds, are between two films, or after a pause, and tell nothing of speed.
+// In seconds. Two frames that are farther apart are of two films, or a pause lies between them:
+// they say nothing about the speed of the camera.
 inline constexpr double kLongestStep = 3;
 
-// Whether the landmarks that a pose rests on tell one place from all others. Those of one window or
-// poster do not: the like may hang in another room. They suffice where the camera was seen in the
-// map at most kLongestStep before, since IsContinuous then refuses other rooms, and where both maps
-// are of one wall or table. `from`: the map of the image that was found in `map`; the same where
-// the camera is lost in it. `seconds_since_seen`: infinite where nothing is known of it, or the
-// camera may have jumped.
+// Whether the landmarks that support a pose distinguish its place from all others. The landmarks of
+// one window or poster do not: a copy may hang in another room. They suffice where the camera was
+// seen in the map at most kLongestStep before, since IsContinuous then rejects other rooms, and
+// where both maps are of one wall or table. `from`: the map of the image that was found in `map`;
+// `map` itself where the camera is lost in it. `seconds_since_seen`: since the camera was last seen
+// in `map`; infinite where this is not known, or where the camera may have jumped.
 bool TellsPlace(const Map& map, const Map& from, const Relocalization& found,
                 double seconds_since_seen);
 

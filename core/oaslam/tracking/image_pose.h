@@ -28,11 +28,12 @@ struct ImagePose {
   double depth = 0;              // median, of what supports the pose, map units; 0: not known
 };
 
-// A pose of a camera that is lost, without landmarks. `depth`: median, of what the image shows.
+// The pose of a lost camera, without landmarks. `depth`: median depth of what the image shows, map
+// units.
 ImagePose PoseWithoutLandmarks(PoseSource source, const ExpectedPose& pose, double confidence,
                                double depth);
-// Before there is a map, which will have the frame and the unit of the odometry. `motion`: null
-// where it is not known.
+// The pose before there is a map; the map will have the frame and the unit of the odometry.
+// `motion`: null where it is not known.
 ImagePose PoseBeforeMap(const FrameMotion* motion);
 
 // The assumed standard deviation of a position tracked by points, as a share of the depth, where
@@ -44,14 +45,15 @@ Relocalization TrackedAt(const Rigid3& cam_from_world, double depth);
 // A pose is uncertain below this confidence.
 inline constexpr double kSureConfidence = 0.9;
 
-// How sure a pose in the map is (docs/lab/uncertainty.md): by its own measurement, by how the part
-// of the map in view is tied to the rest, and by how well this film holds its scale.
+// Computes how certain a pose in the map is (docs/lab/uncertainty.md): from the covariance of its
+// own measurement, from how well the part of the map in view is linked to the rest, and from how
+// constant the scale is in this film.
 class PoseCertainty {
  public:
-  // The answer for an image with a pose in the map. `best_confidence`: the highest confidence of
-  // the poses that the map gave since the camera was last lost. The confidence of a pose does not
-  // fall below it, apart from its covariance: each pose was looked for near the one before it, so
-  // that few landmarks in one image do not make a wrong place likely.
+  // The result for an image with a pose in the map. `best_confidence`: the highest confidence of
+  // the poses that the map gave since the camera was last lost. The confidence of a pose falls
+  // below `best_confidence` only by its covariance: each pose was searched near the one before it,
+  // so that a small number of landmarks in one image does not make a wrong place likely.
   ImagePose PoseToReport(const Frame& frame, const Map& map, const TrackReport& tracked,
                          TrackingState state, const OdometryLink& link, double& best_confidence);
 

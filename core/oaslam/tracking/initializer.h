@@ -52,12 +52,12 @@ class Initializer {
 struct FrameBeforeMap {
   Frame frame;
   FramePose pose;
-  std::vector<LandmarkId> landmarks;  // by key point; empty where it is by the motion alone
+  std::vector<LandmarkId> landmarks;  // by key point; empty where the pose is by the motion alone
 };
 
-// Looks for the frames that came before the initial map about where the odometry has them: forward
-// from the map's first keyframe to its second, and backward from the first until tracking fails.
-// `now`: the motion of the second keyframe; `depth`: the median depth of its landmarks, map units.
+// Tracks the frames that came before the initial map near their poses by the odometry: forward from
+// the map's first keyframe to its second, and backward from the first until tracking fails. `now`:
+// the motion of the second keyframe; `depth`: the median depth of its landmarks, map units.
 std::vector<FrameBeforeMap> PlaceFramesBeforeMap(const std::vector<Frame>& frames, const Map& map,
                                                  KeyframeId first, const FrameMotion& now,
                                                  double depth, const TrackDemands& demands);

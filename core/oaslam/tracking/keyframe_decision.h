@@ -14,7 +14,7 @@ struct KeyframeEvidence {
   int matched = 0, inliers = 0;  // landmarks of this frame, and those that agree with its pose
   int reference_landmarks = 0;   // of the reference keyframe: those with enough observations
   int inliers_at_keyframe = 0;   // of the newest keyframe, when it became one
-  // Where the pose goes on by odometry: whether its view has changed.
+  // Where the pose is by odometry: whether the view has changed since the newest keyframe.
   std::optional<bool> view_has_changed{};
 };
 
@@ -28,8 +28,8 @@ enum class KeyframeNeed {
 
 // Whether a frame should become a keyframe: tracking is reliable, and the frame sees fewer than
 // nine tenths of its reference's landmarks or the last keyframe is a second ago. Where hardly any
-// landmark is in view and the pose goes on by odometry: whenever the view has changed, so that
-// there are landmarks again.
+// landmark is in view and the pose is by odometry, a frame becomes a keyframe whenever the view has
+// changed, so that the map gets landmarks there.
 KeyframeNeed NeedsKeyframe(const KeyframeEvidence& evidence);
 
 // Decides which images become keyframes, by what has changed since the newest one.
@@ -47,7 +47,7 @@ class KeyframeDecision {
   KeyframeId newest_;
   double newest_at_ = 0;  // time stamp
   int newest_inliers_ = 0;
-  bool view_has_changed_ = false;  // since then, as the odometry sees it
+  bool view_has_changed_ = false;  // since the newest keyframe (FrameMotion::is_keyframe)
 };
 
 }  // namespace oaslam

@@ -12,7 +12,8 @@
 
 namespace oaslam {
 
-// Looks for a camera in the map, and remembers what the images in which it is lost tell together.
+// Relocalizes a lost camera in the map, and collects the evidence of all images in which it is
+// lost.
 class LostCamera {
  public:
   explicit LostCamera(const SlamConfig& config);
@@ -27,31 +28,32 @@ class LostCamera {
   // Uses an index of the map that was made elsewhere.
   void Use(std::shared_ptr<const LandmarkIndex> index) { relocalizer_.Use(std::move(index)); }
 
-  // Looks for the newest image, in a map that is only read with the evidence of the images before.
-  // `prior`: where the camera may be, world_from_cam; it is looked for there first.
+  // Relocalizes the newest image. In a map that is only read, the evidence of the images before
+  // counts, too. `prior`: supposed pose, world_from_cam, around which landmarks are searched first.
   Relocalization Find(const Frame& frame, const Map& map, const TrackingContext& context,
                       const std::optional<Rigid3>& prior);
-  // Looks for an image by itself.
+  // Relocalizes an image without the evidence of other images.
   Relocalization FindAlone(const Frame& frame, const Map& map, RelocalizationMode search);
-  // Whether enough time has passed to look again for a camera that the motion carries on: that
-  // takes more time than tracking. If so, this counts as the time of the last look.
+  // Whether it is time to relocalize a camera again whose pose is by odometry; relocalization takes
+  // more time than tracking. If so, `timestamp` counts as the time of the last relocalization.
   bool IsTimeToLook(double timestamp);
 
-  // Takes an image that was found in the map; later ones of its run can be placed by it.
+  // Adds an image that was found in the map (OdometryRegistration::Add). Registered uses it for
+  // later images of the same run of the odometry.
   void Register(const Frame& frame, const Map& map, const Relocalization& found,
                 const std::optional<double>& unit) {
     registration_.Add(frame, found, unit, map);
   }
-  // The pose of an image by those before that were found in the map, and its motion since.
+  // The pose of an image by dead reckoning from the earlier images that were found in the map.
   std::optional<OdometryRegistration::Registered> Registered(const Frame& frame) const {
     return registration_.PoseOf(frame);
   }
 
   // Keeps the motion of an image in which the camera is lost.
   void Keep(const Frame& frame);
-  // Removes and returns those kept, ascending.
+  // Removes and returns the images that were kept, ascending.
   std::vector<Image> TakeImages();
-  // Forgets what earlier images tell of where the camera is.
+  // Forgets the evidence of earlier images for the pose of the camera.
   void Forget();
 
  private:

@@ -8,33 +8,35 @@
 
 namespace oaslam {
 
-// How well a keyframe's place is known by a chain of views.
+// The uncertainty of a keyframe's position along a chain of keyframes.
 struct ChainOfViews {
-  // The variance of its place, where a link between views that share nothing counts 1.
+  // The variance of the position; a link between keyframes that share no landmark adds 1.
   double links = 0;
-  // Of the scale's logarithm: the sum of the variances that links add; the same times where they
-  // begin, and times the square of that. What a link loses of the scale moves a place by as much
-  // as it is away from there.
+  // The variance of the logarithm of the scale: the sum over the links. `scale_at` and
+  // `scale_at_squared` are the same sum with each link multiplied by the position where it begins,
+  // and by the square of that position. The scale error of a link moves a position in proportion to
+  // its distance from there.
   double scale = 0;
   Eigen::Vector3d scale_at = Eigen::Vector3d::Zero();
   double scale_at_squared = 0;
 
   void Add(double link, double scale_variance, const Eigen::Vector3d& at);
-  // Where all lengths of the map are multiplied.
+  // Follows a map of which all lengths were multiplied by `factor`.
   void Scale(double factor);
-  // The expected square of how far a position is off by what the scale has lost; map units.
+  // The expected squared error of a position due to the scale errors of the links, map units^2.
   double SquaredOffByScale(const Eigen::Vector3d& position) const;
 };
 
-// How far a map may be bent between its parts. Views that share all landmarks know each other's
-// place; each new view is known by what it shares with those before, and its error is added to
-// theirs. So errors grow along the shortest chain of views, and a loop, which makes chains shorter,
-// takes them back. Chains begin in the middle of the map, at the median keyframe by how far the
-// scale has wandered up to it, so that a map that began badly does not doubt all that follows.
+// Estimates the drift between the parts of a map. Two keyframes that share all landmarks know their
+// relative pose. Each new keyframe is located by the landmarks that it shares with earlier
+// keyframes, and its error is added to theirs. So errors grow along the shortest chain of
+// keyframes, and a loop, which shortens the chains, reduces them. Chains begin in the middle of the
+// map, at the keyframe with the median variance of the scale, so that a bad beginning of a map does
+// not make all later keyframes uncertain.
 class MapDrift {
  public:
-  // Looks at all keyframes after a loop, and when there are half as many again. Smaller corrections
-  // of the map in between are not followed.
+  // The chain to a keyframe. Computes all chains again after a loop, and when the map has half as
+  // many keyframes again; does not follow smaller corrections of the map in between.
   const ChainOfViews& ChainTo(const Map& map, KeyframeId id);
   // Follows a map of which all lengths were multiplied by `factor`.
   void Scale(double factor);
@@ -43,7 +45,7 @@ class MapDrift {
   void LinkAll(const Map& map);
 
   std::map<KeyframeId, ChainOfViews> chains_;
-  size_t linked_ = 0;  // keyframes, when all were looked at last
+  size_t linked_ = 0;  // number of keyframes when all chains were last computed
   int loops_closed_ = 0;
 };
 

@@ -10,8 +10,8 @@
 
 namespace oaslam {
 
-// Watches the objects that the images show: their tracks, what was seen since the mapper was last
-// told, and the images whose detections are still to come.
+// Tracks the objects that the images show. Keeps their tracks, the sightings since the last command
+// to the mapper, and the images whose detections are still to come.
 class ObjectWatch {
  public:
   explicit ObjectWatch(const ObjectsConfig& config) : config_(config) {}
@@ -21,8 +21,9 @@ class ObjectWatch {
   // Associates the detections of an image with a pose, and returns how many mapped objects it
   // shows. Where they are still to come, keeps the pose of the image, which is the newest one.
   int Observe(const TrackedFrame& seen, const Map& map, uint32_t& next_object);
-  // Removes and returns an image whose detections come now, with a pose relative to a keyframe
-  // (none: `reference` is invalid). Those before it are given up. Nothing where it was given up.
+  // Removes and returns an image whose detections arrive now, with its pose relative to a keyframe;
+  // `reference` is invalid where the image has no pose. Drops all awaited images before it. Returns
+  // nothing where the image itself was dropped.
   std::optional<TrackedFrame> TakeAwaited(int frame_index);
   // Removes and returns what was seen since the last call.
   std::vector<ObjectSighting> TakeSightings();
@@ -31,7 +32,8 @@ class ObjectWatch {
   std::vector<ObjectId> ObjectsIn(const Frame& frame) const;
   // Follows a map of which all lengths were multiplied by `factor`.
   void Scale(double factor);
-  // Takes what another watch, whose map was joined with this one's, saw and awaits from before.
+  // Adds the sightings of another watch, whose map was joined with the map of this one, and those
+  // of its awaited images that come before the images awaited here.
   void AddBefore(ObjectWatch other);
 
  private:

@@ -10,22 +10,24 @@
 
 namespace oaslam {
 
-// How the odometry's frame lies in the map's, from images of one run that were found in the map,
-// mostly by objects. All of them together place an image better than its own boxes do, and also
-// one that shows nothing of the map.
+// Estimates the similarity between the odometry's frame and the map's, from images of one run that
+// were found in the map, mostly by objects. All these images together determine the pose of an
+// image better than its own boxes do; they also determine the pose of an image that shows nothing
+// of the map.
 class OdometryRegistration {
  public:
-  // Takes an image that was found in the map, unless the camera's motion is not known yet.
-  // `unit`: of the odometry, map units; without, it is estimated by the objects in view.
+  // Takes an image that was found in the map, unless the camera's motion is not known yet. `unit`:
+  // length of the odometry's unit, map units; if it is absent, Add estimates it from the objects in
+  // view.
   void Add(const Frame& frame, const Relocalization& in_map, const std::optional<double>& unit,
            const Map& map);
   struct Registered {
     ExpectedPose pose;
-    double agreeing = 0;  // share of the images that were found
+    double agreeing = 0;  // share of the images found that agree with the similarity
     double unit = 1;      // of the odometry, map units
   };
-  // The pose of an image in the map; nothing where the images that were found do not agree, or are
-  // not of its run, or too long ago.
+  // The pose of an image in the map; nothing where the images that were found do not agree with
+  // each other, are not of the run of `frame`, or are too old.
   std::optional<Registered> PoseOf(const Frame& frame) const;
 
  private:

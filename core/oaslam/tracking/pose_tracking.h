@@ -24,12 +24,12 @@ struct TrackReport {
   // units of the image sides, along the direction in which it is smallest. Few or crowded points
   // give a small value.
   double spread = 0;
-  // Given the landmarks (PoseReport).
+  // Of the pose, given the landmarks (PoseReport).
   PoseCovariance covariance = PoseCovariance::Zero();
   // Standard deviation of the position divided by the median depth of the points.
   double relative_sigma = 0;
-  // The keyframe that shares most landmarks with the frame. Where it failed near a prediction, that
-  // of the prediction; else invalid.
+  // The keyframe that shares most landmarks with the frame. Where tracking near a prediction
+  // failed, the reference of the prediction; where tracking failed otherwise, invalid.
   KeyframeId reference;
   std::vector<LandmarkId> visible;  // landmarks expected in the frame (TrackLocalMap)
 };
@@ -49,9 +49,9 @@ struct TrackDemands {
   int least_inliers = 15;
   double relative_sigma = 0.02;  // of the position at most (TrackReport)
   double spread = 0;             // at least (TrackReport)
-  // Least geometric mean of two shares, however many the inliers are: of the matches, and of the
-  // landmarks that are expected in the image. At a place that looks like another one in part, wrong
-  // matches are many and most landmarks are not found.
+  // Least geometric mean of two shares, for any number of inliers: the share of the matches that
+  // are inliers, and the share of the landmarks expected in the image that are inliers. At a place
+  // that partly looks like another one, many matches are wrong and most landmarks are not found.
   double agreement = 0;
   double radius_scale = 1;  // widens the search, after a relocalization
 };
@@ -61,9 +61,10 @@ struct TrackDemands {
 TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport& initial,
                           const TrackDemands& demands);
 
-// The same from a pose that is known without landmarks, by the camera's motion, and from the
-// landmarks that other images saw near there. Has a pose and the landmarks that agree with it, also
-// where these do not meet the demands. `reference` is invalid where there are none.
+// As TrackLocalMap, but starts from a pose that is known from the motion of the camera, and from
+// the landmarks `around` it, which other images saw. The report has a pose and the landmarks that
+// agree with it even where these do not meet the demands. Its `reference` is invalid where there
+// are no such landmarks.
 TrackReport TrackByPrior(const Frame& frame, const Map& map, const ExpectedPose& prior,
                          std::span<const LandmarkId> around, const TrackDemands& demands);
 
@@ -84,21 +85,21 @@ struct LocalMap {
 
 LocalMap CollectLocalMap(const Map& map, std::span<const LandmarkId> matched, int max_keyframes);
 
-// Finds the pose of an image near the one that its motion predicts. Many landmarks may contradict
-// the prediction, few may not. Where it does not succeed, the report has the predicted pose, and
-// the few landmarks in view that agree with it. `last`: the newest image with a pose and features.
+// Tracks an image near the pose that its motion predicts. Many landmarks may contradict the
+// prediction, few may not. On failure, the report has the predicted pose and the few landmarks in
+// view that agree with it. `last`: the newest image with a pose and features.
 TrackReport FollowMotion(const Frame& frame, const Map& map, const TrackedFrame& last,
                          const OdometryPrediction& predicted, const TrackDemands& demands);
 
-// Where nothing tells how the camera moved, looks for it about its last pose.
+// Tracks an image whose motion is not known near the last pose of the camera.
 TrackReport FollowWithoutMotion(const Frame& frame, const Map& map, const TrackedFrame& last,
                                 const TrackDemands& demands);
 
 // The predicted pose, without landmarks.
 TrackReport ByMotionAlone(const OdometryPrediction& predicted);
 
-// Gives an image without features the predicted pose, and the landmarks of the last image where
-// they must be: these are returned as key points of `features`.
+// Gives an image without features the predicted pose. Projects the landmarks of the last image with
+// this pose, and returns the projections as key points of `features`.
 TrackReport CarryByMotion(const Frame& frame, const Map& map, const TrackedFrame& last,
                           const OdometryPrediction& predicted, Features& features);
 

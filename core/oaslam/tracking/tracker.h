@@ -39,8 +39,9 @@ struct Following {
 
 // The camera is looked for in the map.
 struct Lost {
-  // The user says (Tracker::ForceRelocalization) where to look first, world_from_cam, and that the
-  // camera may have jumped: then a new pose need not lie near the last one.
+  // Set by Tracker::ForceRelocalization: a supposed pose, world_from_cam, around which landmarks
+  // are searched first; and whether the camera may have jumped, so that a new pose need not lie
+  // near the last one.
   std::optional<Rigid3> prior{};
   bool is_pose_doubted = false;
 };
@@ -48,19 +49,19 @@ struct Lost {
 // The camera was lost in a map that is too small to find it again.
 struct GivenUp {};
 
-// What the tracker makes of an image.
+// The result of tracking an image.
 struct TrackingStep {
   ImagePose pose;
   std::optional<MapCommand> command{};   // for the mapper
   std::optional<KeyframeId> keyframe{};  // that the image becomes
-  // The pose, where it may tell how another submap lies to this one (SubmapLink): by objects alone,
-  // or by the map while another submap grows.
+  // The pose, where it is evidence for the transformation between another submap and this one
+  // (SubmapLink): by objects alone, or by the map while another submap grows.
   std::optional<Relocalization> located{};
   double ms_objects = 0;
 };
 
 // Follows the camera from image to image on snapshots of the map, and tells the mapper what to add.
-// It is in one of four phases, and made of parts that outlive these.
+// A tracker is in one of four phases; all its other parts outlive a phase.
 class Tracker {
  public:
   // `map_is_loaded`: the tracker begins as lost in a map that exists already, and makes no other.
@@ -72,7 +73,7 @@ class Tracker {
   // As Atlas::NeedsFeatures.
   bool NeedsFeatures(double timestamp, const FrameMotion* motion, MapUse use) const;
   TrackingStep Track(const Frame& frame, const Map& map, const TrackingContext& context);
-  // Takes note of an image without looking for the lost camera in it.
+  // Records an image without trying to relocalize the lost camera in it.
   TrackingStep PassOver(const Frame& frame, const Map& map, const TrackingContext& context);
   // Whether the image that was tracked last asks for an initial map. Then the caller hands the
   // command to the mapper, and calls Begin with the map that results.
@@ -99,8 +100,8 @@ class Tracker {
     units_.BeginAnew();
     certainty_ = {};
   }
-  // Makes the tracker lose its pose, if it has one: the next image is relocalized. `near`: where
-  // the camera may be, world_from_cam; it is looked for there first until it is found.
+  // Makes the tracker lose its pose, if it has one: the next image is relocalized. `near`: supposed
+  // pose, world_from_cam, around which landmarks are searched first until the camera is found.
   void ForceRelocalization(const std::optional<Rigid3>& near);
   // Continues in the same map after all of its lengths were multiplied by `factor`.
   void Scale(double factor);
@@ -141,12 +142,12 @@ class Tracker {
   void Take(const Frame& frame);
   void FollowLoops(const Map& map);
   void BoundTrajectory(const TrackingContext& context);
-  // Of each phase: what becomes of an image.
+  // Process an image in one of the phases.
   TrackingStep Initialize(const Frame& frame, const TrackingContext& context);
   TrackingStep Follow(const Frame& frame, const Map& map, const TrackingContext& context);
   TrackingStep Search(const Frame& frame, const Map& map, const TrackingContext& context);
 
-  // The image has a pose in the map, or one by its motion.
+  // For an image with a pose in the map, or by dead reckoning.
   TrackingStep Continue(const Frame& frame, const Map& map, const TrackReport& tracked,
                         TrackingState state, const TrackingContext& context);
   std::optional<TrackingStep> Correct(const Frame& frame, const Map& map,
@@ -164,7 +165,7 @@ class Tracker {
   void PlaceLostImages(const TrackedFrame& found, const Map& map);
   TrackDemands Demands() const;
 
-  // The camera is lost in the image, or was.
+  // For an image in which the camera is lost, or was.
   Relocalization Find(const Frame& frame, const Map& map, const TrackingContext& context,
                       const std::optional<Rigid3>& prior);
   TrackingStep PlaceFound(const Frame& frame, const Map& map, const Relocalization& found,
@@ -188,12 +189,12 @@ class Tracker {
   KeyframeDecision keyframes_;
   PoseCertainty certainty_;
   FrameView newest_;               // without map, pose and objects
-  double usual_spread_ = 0;        // of the landmarks in the image, over the last seconds
+  double usual_spread_ = 0;        // TrackReport::spread, averaged over the last seconds
   std::vector<LandmarkUse> uses_;  // since the newest keyframe
   Trajectory trajectory_;
   int last_mapped_ = -1;        // newest frame with which the map was extended
-  bool has_forgotten_ = false;  // poses of the trajectory
-  KeyframeUnits units_;         // that the lengths here have
+  bool has_forgotten_ = false;  // some poses of the trajectory were dropped
+  KeyframeUnits units_;         // of the lengths in this tracker
 };
 
 }  // namespace oaslam

@@ -18,8 +18,8 @@ class Trajectory {
   // Adds a pose, or replaces the one the frame had. `landmarks`: the inliers by key point of
   // `frame`, invalid where there is none; may be empty.
   void Add(const FramePose& pose, const Frame& frame, const std::vector<LandmarkId>& landmarks);
-  // Adds the pose of a frame that is known by its motion since another frame alone: it moves with
-  // that one's. `cam_from_other` is in units of the map.
+  // Adds the pose of a frame by dead reckoning from another frame; it moves with that frame's pose.
+  // `cam_from_other` is in units of the map.
   void AddCarried(const FramePose& pose, int other_frame, const Rigid3& cam_from_other);
   // Marks a frame as a keyframe: its pose is the keyframe's from now on.
   void MakeKeyframe(int frame_index, KeyframeId id);
@@ -33,10 +33,10 @@ class Trajectory {
   void Adopt(const std::vector<FramePose>& poses, double scale);
   // Multiplies all lengths, as those of the map were.
   void Scale(double factor);
-  // The same of what is relative to certain keyframes.
+  // Multiplies the lengths that are relative to each of these keyframes by its factor.
   void Scale(const std::map<KeyframeId, double>& factors);
-  // Of the poses of frames after `frame_index` keeps about the newest `most`. Returns whether it
-  // has forgotten any.
+  // Drops the oldest poses of frames after `frame_index`, so that about `most` of them remain.
+  // Returns whether it has dropped any.
   bool KeepNewestAfter(int frame_index, size_t most);
   // Returns null where the frame has no pose.
   const FramePose* PoseOf(int frame_index) const;
@@ -56,7 +56,7 @@ class Trajectory {
   };
   struct Unrefined {
     int frame_index = 0;
-    std::shared_ptr<const Camera> camera;  // as `seen`, null and empty where it was carried
+    std::shared_ptr<const Camera> camera;  // null, as `seen` is empty, where `carried` is set
     std::vector<Seen> seen;
     std::optional<Carried> carried{};
   };

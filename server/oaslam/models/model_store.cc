@@ -1,13 +1,11 @@
 #include "oaslam/models/model_store.h"
 
 #include <algorithm>
-#include <memory>
 
 #include "oaslam/crypto/sha256.h"
 #include "oaslam/detection/model_folders.h"
 #include "oaslam/detection/onnx_info.h"
 #include "oaslam/formats/text.h"
-#include "oaslam/models/part_file.h"
 #include "oaslam/util/bad_input.h"
 
 namespace oaslam {
@@ -34,22 +32,6 @@ bool IsThere(const fs::path& path, const std::string& sha256, bool replace) {
   return false;
 }
 
-// Returns false if the download was stopped.
-bool FetchPart(const PublishedModel& model, PartFile& part, const DownloadOptions& options) {
-  while (true) {
-    const bool is_continued = part.size() > 0;
-    if (!Download(model.url, model.bytes, part, options)) return false;
-    const std::string found = Sha256Of(ReadTextFile(part.path()));
-    if (found == model.sha256) return true;
-    part.Clear();
-    // What was here before may be to blame.
-    if (!is_continued)
-      throw BadInput(
-          "{}: not the published {}, and not kept: its SHA-256 is {}, that of the catalogue {}",
-          WithoutPassword(model.url), model.name, found, model.sha256);
-  }
-}
-
 }  // namespace
 
 std::optional<fs::path> FetchModel(const PublishedModel& model, const fs::path& folder,
@@ -57,16 +39,13 @@ std::optional<fs::path> FetchModel(const PublishedModel& model, const fs::path& 
   const fs::path path = folder / FileOfModel(model.name);
   if (IsThere(path, model.sha256, replace)) return path;
   CreateFolder(folder);
-  const std::unique_ptr<PartFile> part =
-      PartFile::Open(path.string() + ".part", [&] { return options.progress(0); });
-  if (!part) return std::nullopt;
-  // Another process may have fetched it meanwhile.
-  if (IsThere(path, model.sha256, replace)) {
-    part->Clear();
-    return path;
-  }
-  if (!FetchPart(model, *part, options)) return std::nullopt;
-  part->MoveTo(path.string());
+  const std::optional<std::string> bytes = Download(model.url, model.bytes, options);
+  if (!bytes) return std::nullopt;
+  if (const std::string found = Sha256Of(*bytes); found != model.sha256)
+    throw BadInput(
+        "{}: not the published {}, and not kept: its SHA-256 is {}, that of the catalogue {}",
+        WithoutPassword(model.url), model.name, found, model.sha256);
+  WriteTextFile(path.string(), *bytes);
   return path;
 }
 

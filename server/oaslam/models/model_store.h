@@ -10,11 +10,10 @@
 
 namespace oaslam {
 
-// Fetches a model into a folder, which is created, as NAME.onnx: first as NAME.onnx.part, which an
-// interrupted download leaves behind and the next one continues. The file gets its name once its
-// SHA-256 is that of the catalogue. Does nothing where it is there already. `replace`: also where
-// another file has that name. Returns its path; nothing if `options.progress` stopped it. Throws
-// InputError.
+// Fetches a model into a folder, which is created, as NAME.onnx. The file is written once it is
+// whole and its SHA-256 is that of the catalogue. Does nothing where it is there already.
+// `replace`: also where another file has that name. Returns its path; nothing if `options.progress`
+// stopped it. Throws InputError.
 std::optional<std::filesystem::path> FetchModel(const PublishedModel& model,
                                                 const std::filesystem::path& folder, bool replace,
                                                 const DownloadOptions& options);
