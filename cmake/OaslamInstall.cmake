@@ -1,6 +1,10 @@
 # `find_package(oaslam)` then `target_link_libraries(app oaslam::oaslam)`, or `pkg-config oaslam`: the public headers and the library
 # behind them. The viewer is the component `viewer` with the target oaslam::viewer, and `pkg-config oaslam-viewer`. A component is a package (docs/packages.md).
 include(CMakePackageConfigHelpers)
+# What core has found, and the files below tell.
+foreach(variable OpenCV_INCLUDE_DIRS onnxruntime_FOUND onnxruntime_VERSION onnxruntime_VERSION_MAJOR onnxruntime_VERSION_MINOR)
+  get_directory_property(${variable} DIRECTORY ${PROJECT_SOURCE_DIR}/core DEFINITION ${variable})
+endforeach()
 
 # oaslam_install_library(TARGET EXPORT LIBRARY_COMPONENT DEVELOPMENT_COMPONENT ROOM_TARGETS_OF): with its targets for CMake.
 set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/oaslam)

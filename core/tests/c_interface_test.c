@@ -102,6 +102,24 @@ static void check_errors(const oaslam_camera* camera) {
   oaslam_slam_destroy(slam);
 }
 
+static void cast_rays(const oaslam_slam* slam, const oaslam_camera* camera) {
+  oaslam_ray_hit hits[8];
+  oaslam_map* map = NULL;
+  const double outside[2] = {-1, 0}, nowhere[3] = {0, 0, 0};
+  double pixel[2];
+  size_t count = 0;
+  CHECK(oaslam_slam_cast(slam, outside, hits, 8, &count) == OASLAM_INPUT_ERROR);
+  CHECK(oaslam_slam_map(slam, &map) == OASLAM_OK);
+  CHECK(oaslam_map_cast(map, nowhere, nowhere, hits, 8, &count) == OASLAM_INPUT_ERROR);
+  oaslam_map_destroy(map);
+  pixel[0] = camera->width / 2.0;
+  pixel[1] = camera->height / 2.0;
+  CHECK(oaslam_slam_cast(slam, pixel, hits, 8, &count) == OASLAM_OK);
+  CHECK(count > 0 && hits[0].distance > 0);
+  CHECK(oaslam_slam_cast(slam, pixel, hits, 1, &count) == OASLAM_OK && count == 1);
+  CHECK(oaslam_slam_cast(slam, pixel, NULL, 0, &count) == OASLAM_OK && count == 0);
+}
+
 static void place_anchor(oaslam_slam* slam, const oaslam_pose* pose) {
   oaslam_anchor_request request;
   oaslam_anchor_edit edit;
@@ -194,6 +212,7 @@ int main(int argc, char** argv) {
   CHECK((result.source == OASLAM_FROM_MAP) == (result.inliers > 0));
   CHECK(result.covariance[0] > 0 && !oaslam_pose_in(&result, result.world + 1, &pose));
   CHECK(oaslam_slam_finish(slam) == OASLAM_OK);
+  cast_rays(slam, &camera);
   place_anchor(slam, &last);
   CHECK(oaslam_slam_map(slam, &map) == OASLAM_OK && oaslam_map_world(map) == result.world);
   check_map(map, &last);

@@ -122,6 +122,17 @@ void AddMap(py::module_& m) {
       .def_readonly(OASLAM_FIELD(AnchorPose, world_from_anchor))
       .def_readonly(OASLAM_FIELD(AnchorPose, object))
       .def_readonly(OASLAM_FIELD(AnchorPose, cam_from_anchor));
+  py::enum_<HitKind>(m, "HitKind", doc::HitKind)
+      .value("OBJECT", HitKind::kObject)
+      .value("PLANE", HitKind::kPlane)
+      .value("LANDMARK", HitKind::kLandmark);
+  py::class_<RayHit>(m, "RayHit", doc::RayHit)
+      .def_readonly(OASLAM_FIELD(RayHit, kind))
+      .def_readonly(OASLAM_FIELD(RayHit, distance))
+      .def_readonly(OASLAM_FIELD(RayHit, position))
+      .def_readonly(OASLAM_FIELD(RayHit, normal))
+      .def_readonly(OASLAM_FIELD(RayHit, object))
+      .def_readonly(OASLAM_FIELD(RayHit, landmark));
   py::class_<AnchorReport>(m, "AnchorReport", doc::AnchorReport)
       .def_readonly(OASLAM_FIELD(AnchorReport, name))
       .def_readonly(OASLAM_FIELD(AnchorReport, why_not))
@@ -185,6 +196,8 @@ void AddMap(py::module_& m) {
       .def("trajectory", &MapSnapshot::Trajectory, WithoutGil(), doc::MapSnapshot_Trajectory)
       .def("category_names", &MapSnapshot::CategoryNames, doc::MapSnapshot_CategoryNames)
       .def("anchors", &MapSnapshot::Anchors, doc::MapSnapshot_Anchors)
+      .def("cast", &MapSnapshot::Cast, py::arg("origin"), py::arg("direction"), WithoutGil(),
+           doc::MapSnapshot_Cast)
       .def("cameras", &MapSnapshot::Cameras, doc::MapSnapshot_Cameras)
       .def_property_readonly("submaps", &MapSnapshot::submaps, doc::MapSnapshot_submaps)
       .def_property_readonly("world", &MapSnapshot::world, doc::MapSnapshot_world)

@@ -146,6 +146,12 @@ void AddMapping(SlamClass& slam) {
            "unit is.")
               .c_str())
       .def("anchors", Method(&Slam::Anchors), doc::Slam_Anchors)
+      .def(
+          "cast",
+          [](ExclusiveSlam& self, const std::pair<double, double>& pixel) {
+            return self.Use([&](Slam& s) { return s.Cast({pixel.first, pixel.second}); });
+          },
+          py::arg("pixel"), doc::Slam_Cast)
       .def("place_anchor", &PlaceAnchor, py::kw_only(), py::arg("name") = "", py::arg("model") = "",
            py::arg("pixel") = std::nullopt, py::arg("origin") = std::nullopt,
            py::arg("direction") = std::nullopt, py::arg("object") = std::nullopt,

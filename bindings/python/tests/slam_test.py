@@ -181,6 +181,22 @@ def test_anchors(desk, desk_map):
     assert slam.remove_anchor("there") and not slam.remove_anchor("there")
 
 
+def test_rays_meet_the_map(desk, desk_map):
+    map = oaslam.MapSnapshot.load(desk_map)
+    thing = map.objects()[0]
+    above = thing.ellipsoid.center - (0, 1, 0)
+    hits = map.cast(above, (0, 1, 0))
+    assert [hit.distance for hit in hits] == sorted(hit.distance for hit in hits)
+    first = next(hit for hit in hits if hit.object == thing.id)
+    assert first.kind == oaslam.HitKind.OBJECT and first.distance < 1
+    assert numpy.allclose(first.position, above + numpy.array((0, first.distance, 0))) and first.normal[1] < 0
+    with pytest.raises(oaslam.InputError, match="direction not zero"):
+        map.cast(above, (0, 0, 0))
+    assert desk.slam.cast((320, 300))
+    with pytest.raises(oaslam.InputError, match="not in the image"):
+        desk.slam.cast((-1, 0))
+
+
 def test_late_detections(desk):
     detections = oaslam.load_detections(CLIP / "detections.json")
     slam = oaslam.Slam(oaslam.SlamConfig(), desk.camera)

@@ -56,4 +56,20 @@ struct AnchorEdit {
   std::optional<Rigid3> pose{};  // world_from_anchor; from then on it stands on no object
 };
 
+// What a ray may meet in a map. kObject: the front of a mapped object's ellipsoid. kPlane: the
+// plane that most landmarks about the ray fit, as a table or a wall. kLandmark: the landmark that
+// is nearest to the ray.
+enum class HitKind { kObject, kPlane, kLandmark };
+
+// What a ray meets in the map, in the world of that map.
+struct RayHit {
+  HitKind kind = HitKind::kPlane;
+  double distance = 0;  // from the ray's origin, map units
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  // Of the surface, towards the ray's origin, of length 1; zero for a landmark.
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  std::optional<ObjectId> object{};      // that it meets
+  std::optional<LandmarkId> landmark{};  // that it meets
+};
+
 }  // namespace oaslam

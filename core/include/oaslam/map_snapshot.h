@@ -165,6 +165,11 @@ class OASLAM_API MapSnapshot {
 
   // In the order of names.
   std::vector<AnchorPose> Anchors() const;
+  // What a ray meets, the nearest first, without placing anything: each mapped object on its way,
+  // the plane of the landmarks about it, and the landmark within a degree that is nearest to it.
+  // `origin` and `direction`, of any length, are in the world. Throws InputError where they are not
+  // finite or the direction is zero.
+  std::vector<RayHit> Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
   // The cameras of the keyframes.
   const std::vector<Camera>& Cameras() const;
   // The names of the detector's categories.

@@ -205,6 +205,30 @@ OASLAM_API oaslam_status oaslam_slam_edit_anchor(oaslam_slam* slam, const char* 
                                                  const oaslam_anchor_edit* edit);
 OASLAM_API oaslam_status oaslam_slam_remove_anchor(oaslam_slam* slam, const char* name);
 
+/* --- What a ray meets ------------------------------------------------------------------------ */
+
+typedef enum {
+  OASLAM_HIT_OBJECT = 0,
+  OASLAM_HIT_PLANE = 1,
+  OASLAM_HIT_LANDMARK = 2
+} oaslam_hit_kind;
+
+/* oaslam::RayHit. */
+typedef struct {
+  oaslam_hit_kind kind;
+  uint32_t id; /* of the object or the landmark; 0 for a plane */
+  double distance, position[3], normal[3];
+} oaslam_ray_hit;
+
+/* Writes the nearest of the things that the ray of a pixel of the newest image meets, at most
+ * `most`, and their number. None where that image has no pose. */
+OASLAM_API oaslam_status oaslam_slam_cast(const oaslam_slam* slam, const double pixel[2],
+                                          oaslam_ray_hit* hits, size_t most, size_t* count);
+/* The same for a ray in the world of a map. */
+OASLAM_API oaslam_status oaslam_map_cast(const oaslam_map* map, const double origin[3],
+                                         const double direction[3], oaslam_ray_hit* hits,
+                                         size_t most, size_t* count);
+
 /* --- The map as data ------------------------------------------------------------------------- */
 
 typedef struct {

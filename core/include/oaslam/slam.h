@@ -161,6 +161,10 @@ class OASLAM_API Slam {
   // success, or is by no object.
   void SetMetresPerUnit(const ScaleEstimate& estimate);
 
+  // What the ray of a pixel of the newest image meets (MapSnapshot::Cast); nothing where that image
+  // has no pose. Throws InputError for a pixel that is not in the image.
+  std::vector<RayHit> Cast(const Eigen::Vector2d& pixel) const;
+
   // Virtual content in the map, saved with it. A map that has some stays the one in which the
   // camera is looked for: while it is lost there, no other submap gives a pose. It moves as the map
   // moves: with bundle adjustment, with loops, and with the object it stands on.

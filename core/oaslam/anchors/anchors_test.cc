@@ -1,6 +1,7 @@
 #include "matchers.h"
 #include "oaslam/anchors/editing.h"
 #include "oaslam/anchors/placement.h"
+#include "oaslam/anchors/ray_cast.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
@@ -117,6 +118,49 @@ TEST(Anchors, RefuseWhatIsNoPlace) {
   request = Click({0.3, 0.9, 3});
   request.object = ObjectId(5);
   EXPECT_THAT(FindPlace(map, request).why_not, HasSubstr("no object 5"));
+}
+
+TEST(CastRay, MeetsWhatIsOnItsWayTheNearestFirst) {
+  const Map map = Table();
+  // Past the cup, down to the table.
+  const std::vector<RayHit> past = CastRay(map, {0, 0, 0}, 2 * Eigen::Vector3d(-0.2, 1, 3));
+  ASSERT_FALSE(past.empty());
+  const auto plane = std::ranges::find(past, HitKind::kPlane, &RayHit::kind);
+  ASSERT_NE(plane, past.end());
+  EXPECT_LT((plane->position - Eigen::Vector3d(-0.2, 1, 3)).norm(), 0.03);
+  EXPECT_NEAR(plane->distance, std::sqrt(0.04 + 1 + 9), 0.03);
+  EXPECT_GT(plane->normal.dot(kUp), 0.99);
+  EXPECT_FALSE(plane->object || plane->landmark);
+  EXPECT_TRUE(std::ranges::none_of(past, [](const RayHit& hit) { return hit.object.has_value(); }));
+
+  const std::vector<RayHit> cup = CastRay(map, {0, 0, 0}, {0.3, 0.9, 3});
+  ASSERT_GE(cup.size(), 2U);
+  EXPECT_TRUE(std::ranges::is_sorted(cup, {}, &RayHit::distance));
+  EXPECT_EQ(cup[0].kind, HitKind::kObject);
+  EXPECT_EQ(cup[0].object, ObjectId(4));
+  // Its front is a radius before its centre, and looks at the camera.
+  const Eigen::Vector3d to_cup(0.3, 0.9, 3);
+  EXPECT_NEAR(cup[0].distance, to_cup.norm() - 0.05, 0.01);
+  EXPECT_LT(cup[0].normal.dot(to_cup.normalized()), -0.9);
+  EXPECT_NEAR(cup[0].normal.norm(), 1, 1e-9);
+}
+
+TEST(CastRay, MeetsNothingBehindItsOriginOrAroundIt) {
+  const Map map = Table();
+  EXPECT_TRUE(CastRay(map, {0, 0, 0}, {0, -1, -3}).empty());
+  for (const RayHit& hit : CastRay(map, {0.3, 0.9, 3}, {0, 0, 1}))  // from within the cup
+    EXPECT_NE(hit.kind, HitKind::kObject);
+}
+
+TEST(CastRay, ALandmarkIsMetWithinADegree) {
+  const Map map = Table();
+  const Eigen::Vector3d& at = map.landmarks.At(LandmarkId(7)).position;
+  const std::vector<RayHit> hits = CastRay(map, {0, 0, 0}, at);
+  const auto landmark = std::ranges::find(hits, HitKind::kLandmark, &RayHit::kind);
+  ASSERT_NE(landmark, hits.end());
+  EXPECT_EQ(landmark->landmark, LandmarkId(7));
+  EXPECT_EQ(landmark->position, at);
+  EXPECT_EQ(landmark->normal, Eigen::Vector3d(0, 0, 0));
 }
 
 TEST(Anchors, RefuseAPoseThatIsNone) {

@@ -70,11 +70,6 @@ Placement OnObject(const Map& map, ObjectId id, const AnchorRequest& request) {
   return {anchor, ""};
 }
 
-struct Surface {
-  Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
-  KeyframeId keyframe;  // that sees most of the surface
-};
-
 // The keyframe that sees most of the landmarks; the first of several.
 KeyframeId SeesMost(const Map& map, const std::vector<LandmarkId>& landmarks) {
   std::map<KeyframeId, int> counts;
@@ -163,8 +158,8 @@ std::optional<PlaneFit> FitSurface(const std::vector<Eigen::Vector3d>& points,
   return any && any->inliers.size() >= kMinInliers ? any : std::nullopt;
 }
 
-std::optional<Surface> FindSurface(const Map& map, const Eigen::Vector3d& origin,
-                                   const Eigen::Vector3d& direction, double half_angle_rad) {
+std::optional<MapSurface> FindSurface(const Map& map, const Eigen::Vector3d& origin,
+                                      const Eigen::Vector3d& direction, double half_angle_rad) {
   const auto [ids, points] = LandmarksAbout(map, origin, direction, half_angle_rad);
   const std::optional<PlaneFit> fit = FitSurface(points, map.up, origin);
   if (!fit) return std::nullopt;
@@ -176,26 +171,30 @@ std::optional<Surface> FindSurface(const Map& map, const Eigen::Vector3d& origin
   if (!(distance * kSlack > away(near) && distance < kSlack * away(far))) return std::nullopt;
   std::vector<LandmarkId> seen;
   for (const int i : fit->inliers) seen.push_back(ids[i]);
-  return Surface{origin + distance * direction, fit->plane.normal(), SeesMost(map, seen)};
+  return MapSurface{origin + distance * direction, fit->plane.normal(), SeesMost(map, seen)};
 }
 
 Placement OnPoints(const Map& map, const AnchorRequest& request) {
-  const Eigen::Vector3d direction = request.direction.normalized();
-  for (const double half_angle_deg : {2., 4., 8., 16.}) {
-    const auto surface = FindSurface(map, request.origin, direction, half_angle_deg * kDegree);
-    if (!surface) continue;
-    const Eigen::Vector3d to_viewer = request.origin - surface->point;
-    const Rigid3 world_from_anchor(StandUp(surface->normal, to_viewer), surface->point);
-    std::optional<Anchor> anchor = CarriedBy(map, surface->keyframe, world_from_anchor);
-    if (!anchor) continue;
-    constexpr double kSize = 0.12;  // of the distance: 7 degrees of the view
-    anchor->size = kSize * to_viewer.norm();
-    return {anchor, ""};
-  }
-  return {std::nullopt, "too few landmarks there that lie in a plane"};
+  const auto surface = SurfaceAlong(map, request.origin, request.direction.normalized());
+  if (!surface) return {std::nullopt, "too few landmarks there that lie in a plane"};
+  const Eigen::Vector3d to_viewer = request.origin - surface->point;
+  const Rigid3 world_from_anchor(StandUp(surface->normal, to_viewer), surface->point);
+  std::optional<Anchor> anchor = CarriedBy(map, surface->keyframe, world_from_anchor);
+  constexpr double kSize = 0.12;  // of the distance: 7 degrees of the view
+  anchor->size = kSize * to_viewer.norm();
+  return {anchor, ""};
 }
 
 }  // namespace
+
+std::optional<MapSurface> SurfaceAlong(const Map& map, const Eigen::Vector3d& origin,
+                                       const Eigen::Vector3d& direction) {
+  for (const double half_angle_deg : {2., 4., 8., 16.}) {
+    const auto surface = FindSurface(map, origin, direction, half_angle_deg * kDegree);
+    if (surface && map.ResolvePose(surface->keyframe)) return surface;
+  }
+  return std::nullopt;
+}
 
 const char* const kNoPose =
     "the pose is not finite, its rotation is no unit quaternion, or the map has no keyframes";

@@ -16,6 +16,16 @@ struct Placement {
 // Why content cannot have this size (map units); empty if it can.
 std::string ProblemOfSize(double size);
 
+// Where a ray meets the plane of the landmarks about it.
+struct MapSurface {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
+  KeyframeId keyframe;  // that sees most of the plane's landmarks
+};
+// The plane that most landmarks in a cone around the ray fit, without those of mapped objects: of
+// the narrowest cone, of 2 to 16 degrees, in which enough of them do. `direction` has length 1.
+std::optional<MapSurface> SurfaceAlong(const Map& map, const Eigen::Vector3d& origin,
+                                       const Eigen::Vector3d& direction);
+
 // Why a pose that is given is no place.
 extern const char* const kNoPose;
 

@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "oaslam/anchors/editing.h"
+#include "oaslam/anchors/ray_cast.h"
+#include "oaslam/error.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/objects/scale_estimate.h"
 #include "oaslam/relocalization/snapshot_content.h"
@@ -214,6 +216,13 @@ std::vector<MapSnapshot::Sighting> MapSnapshot::Observations(ObjectId id) const 
                      (o.cam_from_reference * *reference).Inverse(), o.box, o.score});
   }
   return found;
+}
+
+std::vector<RayHit> MapSnapshot::Cast(const Eigen::Vector3d& origin,
+                                      const Eigen::Vector3d& direction) const {
+  if (!origin.allFinite() || !direction.allFinite() || !(direction.norm() > 0))
+    throw InputError("ray: must be finite, and its direction not zero");
+  return CastRay(*content_->map, origin, direction);
 }
 
 std::span<const MapSnapshot::Descriptor> MapSnapshot::Descriptors(KeyframeId id) const {

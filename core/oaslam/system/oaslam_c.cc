@@ -238,6 +238,20 @@ oaslam_object ObjectOf(const MapSnapshot::Object& o) {
   return c;
 }
 
+// Returns how many were written.
+size_t WriteHits(const std::vector<oaslam::RayHit>& found, oaslam_ray_hit* hits, size_t most) {
+  const size_t count = hits ? std::min(most, found.size()) : 0;
+  for (size_t i = 0; i < count; ++i) {
+    const oaslam::RayHit& hit = found[i];
+    hits[i].kind = static_cast<oaslam_hit_kind>(hit.kind);
+    hits[i].id = hit.object ? hit.object->value : hit.landmark ? hit.landmark->value : 0;
+    hits[i].distance = hit.distance;
+    Copy(hit.position, hits[i].position);
+    Copy(hit.normal, hits[i].normal);
+  }
+  return count;
+}
+
 oaslam_anchor AnchorOf(const AnchorPose& a) {
   oaslam_anchor c{};
   c.name = a.name.c_str();
@@ -381,6 +395,26 @@ oaslam_status oaslam_slam_load(oaslam_slam* slam, const char* path) {
   return Guarded([&] {
     ExpectNoNull(slam, path);
     slam->slam.Load(path);
+    return OASLAM_OK;
+  });
+}
+
+oaslam_status oaslam_slam_cast(const oaslam_slam* slam, const double pixel[2], oaslam_ray_hit* hits,
+                               size_t most, size_t* count) {
+  return Guarded([&] {
+    ExpectNoNull(slam, pixel, count);
+    *count = WriteHits(slam->slam.Cast({pixel[0], pixel[1]}), hits, most);
+    return OASLAM_OK;
+  });
+}
+
+oaslam_status oaslam_map_cast(const oaslam_map* map, const double origin[3],
+                              const double direction[3], oaslam_ray_hit* hits, size_t most,
+                              size_t* count) {
+  return Guarded([&] {
+    ExpectNoNull(map, origin, direction, count);
+    *count =
+        WriteHits(map->map.Cast(Eigen::Vector3d(origin), Eigen::Vector3d(direction)), hits, most);
     return OASLAM_OK;
   });
 }

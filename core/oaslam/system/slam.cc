@@ -83,6 +83,18 @@ std::vector<AnchorPose> Slam::Anchors() const {
   return anchors;
 }
 
+std::vector<RayHit> Slam::Cast(const Eigen::Vector2d& pixel) const {
+  const Camera& camera = impl_->camera_;
+  if (!(pixel.x() >= 0 && pixel.x() <= camera.width - 1 && pixel.y() >= 0 &&
+        pixel.y() <= camera.height - 1))
+    throw BadInput("pixel {:g}, {:g}: not in the image of {}x{} pixels", pixel.x(), pixel.y(),
+                   camera.width, camera.height);
+  const MapSnapshot map = impl_->Snapshot();
+  AnchorRequest ray{.pixel = pixel};
+  const bool has_pose = impl_->SetRay(*impl_->session().snapshot(), ray).empty();
+  return has_pose ? map.Cast(ray.origin, ray.direction) : std::vector<RayHit>();
+}
+
 AnchorReport Slam::PlaceAnchor(const AnchorRequest& request) {
   return impl_->ChangeAnchors([&](const Map& map, oaslam::Anchors& anchors) -> AnchorReport {
     if (!request.pixel || request.pose) return oaslam::PlaceAnchor(map, request, anchors);
