@@ -1,5 +1,5 @@
 /*
-sources bade40a1ffe2a046c8fc56769502168525890c39f88a4a050def387930908e8f
+sources 4814293c53b8c60ddb0bab0596adac070a081e4b86af3926f8a09c93772f1f85
 
 OA-SLAM's visual odometry: Apache-2.0.
 */
