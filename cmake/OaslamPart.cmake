@@ -3,7 +3,7 @@
 include_guard(GLOBAL)
 
 option(BUILD_SHARED_LIBS "Build the library as a shared one; OFF: as static ones, which an application links with all they need" ON)
-option(OASLAM_BUILD_APPS "Build the programs oaslam, oaslam-viewer and oaslam-server" ON)
+option(OASLAM_BUILD_APPS "Build the programs oaslam, oaslam-viewer and oaslam-server; from the root OFF leaves out the part server" ON)
 option(OASLAM_BUILD_TESTS "Build the tests (tools/setup.sh --tests installs what they need)" OFF)
 option(OASLAM_WERROR "Treat warnings as errors" OFF)
 option(OASLAM_PCH "Precompile the headers that most files include; not with a compiler launcher such as ccache" ON)

@@ -5,6 +5,9 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -23,7 +26,7 @@ constexpr OtherCommand kOtherCommands[] = {
     {"serve", "Answer where cameras are in saved maps, over HTTP and WebSocket", kServer},
     {"models", "List the detectors, fetch or add one", kServer}};
 
-// Returns only where it is neither beside this program nor in PATH.
+// Returns only where it cannot be run: beside this program or in PATH.
 void Become(const char* program, char** argv) {
   std::error_code error;
   const auto beside =
@@ -59,7 +62,17 @@ const char* OtherProgram(int argc, const char* const* argv) {
 }
 
 int PassTo(const char* program, char** argv) {
-  Become(program, argv);
+  constexpr const char* kPassed = "OASLAM_PASSED_TO";
+  const char* before = std::getenv(kPassed);
+  // What has this name may be this very program: then it would pass on for ever.
+  if (!before || before != std::string_view(program)) {
+    setenv(kPassed, program, 1);
+    Become(program, argv);
+    if (errno != ENOENT) {
+      fmt::print(stderr, "error: {}: {}\n", program, std::strerror(errno));
+      return 1;
+    }
+  }
   const bool is_run = argv[1] == std::string_view("run");
   fmt::print(stderr,
              "error: oaslam {}{}: {} is not installed: it is in the package {}, or built by "

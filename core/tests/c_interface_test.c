@@ -102,6 +102,21 @@ static void check_errors(const oaslam_camera* camera) {
   oaslam_slam_destroy(slam);
 }
 
+static void through_bytes(const char* path) {
+  oaslam_map *map = NULL, *again = NULL;
+  const uint8_t *bytes = NULL, *same = NULL;
+  size_t count = 0, same_count = 0;
+  CHECK(oaslam_map_load(path, &map) == OASLAM_OK);
+  CHECK(oaslam_map_to_bytes(map, &bytes, &count) == OASLAM_OK && count > 1000);
+  CHECK(oaslam_map_from_bytes(bytes, count, &again) == OASLAM_OK);
+  CHECK(oaslam_map_to_bytes(again, &same, &same_count) == OASLAM_OK);
+  CHECK(same_count == count && memcmp(bytes, same, count) == 0);
+  oaslam_map_destroy(again);
+  CHECK(oaslam_map_from_bytes(bytes, 100, &again) == OASLAM_INPUT_ERROR);
+  CHECK(strncmp(oaslam_error(), "map: ", 5) == 0);
+  oaslam_map_destroy(map);
+}
+
 static void cast_rays(const oaslam_slam* slam, const oaslam_camera* camera) {
   oaslam_ray_hit hits[8];
   oaslam_map* map = NULL;
@@ -222,6 +237,7 @@ int main(int argc, char** argv) {
   CHECK(oaslam_slam_save(slam, "/nowhere/c.map") == OASLAM_INPUT_ERROR);
   oaslam_slam_destroy(slam);
   find_image(path, &camera, &last);
+  through_bytes(path);
   remove(path);
   printf("%d images\n", frames);
   return 0;

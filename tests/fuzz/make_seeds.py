@@ -182,7 +182,7 @@ def seeds():
         "exif": [jpeg_with_exif()],
         "container": videos(),
         "dataset": datasets(),
-        "gltf": [b"\0" + glb_text, b"\1" + glb],
+        "gltf": [glb_text, b'{"buffers": [{"uri": "a%20b.bin"}], "images": [{"uri": "../x.png"}]}', b'{"images": [{"uri": "model.gltf"}]}'],
         "http": [b"GET /a%20b?c=d&e HTTP/1.1\r\nHost: localhost\r\n\r\n",
                  b"POST /file HTTP/1.1\r\nHost: localhost\r\nContent-Length: 3\r\nExpect: 100-continue\r\n\r\nabc",
                  b"POST / HTTP/1.1\r\nHost: localhost\r\nOrigin: http://localhost\r\nTransfer-Encoding: chunked\r\n\r\n3\r\nabc\r\n0\r\n\r\n"],

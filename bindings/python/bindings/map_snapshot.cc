@@ -158,6 +158,25 @@ void AddMap(py::module_& m) {
       .def(
           "save", [](const MapSnapshot& map, const PathText& path) { map.Save(path); },
           py::arg("path"), WithoutGil(), doc::MapSnapshot_Save)
+      .def_static(
+          "from_bytes",
+          [](const py::bytes& bytes, int submap) {
+            const auto content = static_cast<std::string>(bytes);
+            const WithoutPythonsLock without_gil;
+            return MapSnapshot::FromBytes(content, submap);
+          },
+          py::arg("bytes"), py::arg("submap") = 0, doc::MapSnapshot_FromBytes)
+      .def(
+          "to_bytes",
+          [](const MapSnapshot& map) {
+            std::string content;
+            {
+              const WithoutPythonsLock without_gil;
+              content = map.ToBytes();
+            }
+            return py::bytes(content);
+          },
+          "The same as bytes, to be sent or kept elsewhere: what save writes.")
       .def_property_readonly(
           "keyframe_count", [](const MapSnapshot& map) { return map.Keyframes().size(); },
           "The number of keyframes.")

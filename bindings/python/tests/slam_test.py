@@ -181,6 +181,18 @@ def test_anchors(desk, desk_map):
     assert slam.remove_anchor("there") and not slam.remove_anchor("there")
 
 
+def test_a_map_goes_through_bytes(desk_map):
+    map = oaslam.MapSnapshot.load(desk_map)
+    content = map.to_bytes()
+    assert content == open(desk_map, "rb").read()
+    again = oaslam.MapSnapshot.from_bytes(content)
+    assert again.keyframe_count == map.keyframe_count and again.to_bytes() == content
+    with pytest.raises(oaslam.InputError, match="^map: "):
+        oaslam.MapSnapshot.from_bytes(content[:100])
+    with pytest.raises(oaslam.InputError, match="map.*submap 7"):
+        oaslam.MapSnapshot.from_bytes(content, 7)
+
+
 def test_rays_meet_the_map(desk, desk_map):
     map = oaslam.MapSnapshot.load(desk_map)
     thing = map.objects()[0]

@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "oaslam/anchors.h"
@@ -137,6 +138,9 @@ class OASLAM_API MapSnapshot {
   // Writes the map to a file, which is replaced as a whole, or not at all. A snapshot of a running
   // Slam has no trajectory and one submap only: Slam::Save writes all. Throws InputError.
   void Save(const std::string& path) const;
+  // The same as bytes, to be sent or kept elsewhere: those of the file. Throws InputError.
+  static MapSnapshot FromBytes(std::string_view bytes, int submap = 0);
+  std::string ToBytes() const;  // what Save writes
 
   // In the order of ids.
   Range<Keyframe> Keyframes() const { return Range<Keyframe>(content_); }

@@ -221,7 +221,7 @@ typedef struct {
 } oaslam_ray_hit;
 
 /* Writes the nearest of the things that the ray of a pixel of the newest image meets, at most
- * `most`, and their number. None where that image has no pose. */
+ * `most`; `count` becomes the number written. None where that image has no pose. */
 OASLAM_API oaslam_status oaslam_slam_cast(const oaslam_slam* slam, const double pixel[2],
                                           oaslam_ray_hit* hits, size_t most, size_t* count);
 /* The same for a ray in the world of a map. */
@@ -263,6 +263,11 @@ OASLAM_API oaslam_status oaslam_slam_map(const oaslam_slam* slam, oaslam_map** m
 OASLAM_API oaslam_status oaslam_map_load(const char* path, oaslam_map** map);
 OASLAM_API void oaslam_map_destroy(oaslam_map* map);
 OASLAM_API oaslam_status oaslam_map_save(const oaslam_map* map, const char* path);
+/* The same as bytes, to be sent or kept elsewhere. `bytes` belong to the map, until it is destroyed
+ * or asked again. */
+OASLAM_API oaslam_status oaslam_map_to_bytes(oaslam_map* map, const uint8_t** bytes, size_t* count);
+OASLAM_API oaslam_status oaslam_map_from_bytes(const uint8_t* bytes, size_t count,
+                                               oaslam_map** map);
 /* The world of its coordinates. */
 OASLAM_API uint32_t oaslam_map_world(const oaslam_map* map);
 OASLAM_API int32_t oaslam_map_is_metric(const oaslam_map* map);

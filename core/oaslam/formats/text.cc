@@ -1,6 +1,7 @@
 #include "oaslam/formats/text.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 #include <utf8proc.h>
 
 #include <algorithm>
@@ -61,7 +62,8 @@ void WriteTextFile(const std::string& path, const std::string& content) {
   const fs::file_type type = fs::symlink_status(path, error).type();
   const bool is_plain = type == fs::file_type::regular || type == fs::file_type::not_found;
   // Devices, pipes and links are not replaced.
-  const std::string written = is_plain ? path + ".tmp" : path;
+  // Two processes may write the same file.
+  const std::string written = is_plain ? fmt::format("{}.{}.tmp", path, getpid()) : path;
   const Leftover leftover(is_plain ? written : "");
   errno = 0;
   std::ofstream file(written, std::ios::binary | std::ios::trunc);

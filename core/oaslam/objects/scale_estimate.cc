@@ -341,16 +341,18 @@ double QuantileOf(std::vector<double> values, double share) {
 // lowest of the map: a house has several storeys.
 std::optional<double> CameraHeight(const Map& map) {
   constexpr int kNeighbours = 10;
+  constexpr size_t kMostKeyframes = 200;  // that are looked at: enough for a median
   if (!map.up || map.landmarks.size() < kEnoughLandmarks) return std::nullopt;
   std::vector<double> heights;
-  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
+  const std::vector<KeyframeId> ids = map.keyframes.Ids();
+  for (size_t i = 0; i < ids.size(); i += 1 + ids.size() / kMostKeyframes) {
     std::vector<double> landmarks;
-    for (const LandmarkId seen : LandmarksSeenBy(map, map.KeyframesAround(id, kNeighbours)))
+    for (const LandmarkId seen : LandmarksSeenBy(map, map.KeyframesAround(ids[i], kNeighbours)))
       landmarks.push_back(map.landmarks.At(seen).position.dot(*map.up));
-    if (landmarks.size() < kEnoughLandmarks) return;
-    heights.push_back(keyframe.cam_from_world.OriginInSource().dot(*map.up) -
+    if (landmarks.size() < kEnoughLandmarks) continue;
+    heights.push_back(map.keyframes.At(ids[i]).cam_from_world.OriginInSource().dot(*map.up) -
                       QuantileOf(std::move(landmarks), kBelowFloor));
-  });
+  }
   if (heights.empty()) return std::nullopt;
   return Median(std::move(heights));
 }

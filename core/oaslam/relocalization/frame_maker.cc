@@ -91,7 +91,8 @@ void CheckMode(RelocalizationMode mode) {
 }
 
 void CheckPose(const std::optional<Rigid3>& pose) {
-  if (pose && !pose->IsValid())
+  constexpr double kRounding = 1e-6;  // the pose is used as it is given
+  if (pose && !(pose->IsValid() && std::abs(pose->rotation.norm() - 1) < kRounding))
     throw InputError("pose: must be finite, and its rotation a unit quaternion");
 }
 

@@ -10,6 +10,7 @@
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/objects/scale_estimate.h"
 #include "oaslam/relocalization/snapshot_content.h"
+#include "oaslam/storage/map_bytes.h"
 
 namespace oaslam {
 namespace {
@@ -118,6 +119,14 @@ MapSnapshot MapSnapshot::Load(const std::string& path, int submap) {
 }
 
 void MapSnapshot::Save(const std::string& path) const { SaveMap(path, SavedMapOf(*this)); }
+
+MapSnapshot MapSnapshot::FromBytes(std::string_view bytes, int submap) {
+  SavedMap saved = MapOfBytes(bytes);
+  LeadWithSubmap("map", submap, saved);
+  return SnapshotOf(std::move(saved), NewWorld(), 1);
+}
+
+std::string MapSnapshot::ToBytes() const { return BytesOf(SavedMapOf(*this)); }
 
 const std::vector<Camera>& MapSnapshot::Cameras() const { return content_->map->cameras; }
 const std::map<int, std::string>& MapSnapshot::CategoryNames() const { return *content_->names; }

@@ -10,9 +10,11 @@
 
 #include "expect_input_error.h"
 #include "folder_test.h"
+#include "oaslam/storage/map_bytes.h"
 #include "oaslam/storage/map_rows.h"
 #include "oaslam/storage/map_schema.h"
 #include "oaslam/util/log.h"
+#include "oaslam/util/read_file.h"
 #include "random_map.h"
 
 namespace oaslam {
@@ -140,6 +142,19 @@ TEST_F(MapFileTest, KeepsAnchors) {
               testing::Contains(HasSubstr("anchor \"a flag\": keyframe 12345 leads nowhere")));
   Change("UPDATE anchors SET size = 0.1");
   EXPECT_INPUT_ERROR(LoadMap(folder / "a.map"), HasSubstr("damaged"));
+}
+
+TEST_F(MapFileTest, GoesThroughBytes) {
+  const SavedMap saved = MakeMap();
+  const std::string bytes = BytesOf(saved);
+  SaveMap(folder / "a.map", saved);
+  EXPECT_EQ(bytes, ReadFile(folder / "a.map", bytes.size()));
+  EXPECT_EQ(BytesOf(MapOfBytes(bytes)), bytes);
+  for (const std::string& damaged : {std::string(), std::string("noise"), bytes.substr(0, 5000)}) {
+    const std::string problem = InputErrorOf([&] { MapOfBytes(damaged); });
+    EXPECT_THAT(problem, testing::StartsWith("map: "));
+    EXPECT_THAT(problem, Not(HasSubstr("/")));
+  }
 }
 
 // Nothing that an application can bring into a map makes its file unreadable.

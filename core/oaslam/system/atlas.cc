@@ -196,6 +196,7 @@ void Atlas::Wake(AtlasSubmap& waiting) {
 // Makes a submap in which the camera is tracked the main one.
 void Atlas::Lead(AtlasSubmap& submap) {
   main_ = &submap;
+  metre_.reset();
   is_loaded_ = false;
 }
 
@@ -253,7 +254,7 @@ std::vector<Submap> Atlas::Others() {
 // scaled to metres by the user.
 bool Atlas::MustStayMain() const {
   const Map& map = *main().snapshot();
-  return (is_loaded_ && !map.keyframes.empty()) || !map.anchors.empty() || map.is_metric;
+  return (is_loaded_ && !map.keyframes.empty()) || !map.anchors.empty() || map.is_metric || metre_;
 }
 
 void Atlas::Finish() {

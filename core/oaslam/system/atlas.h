@@ -114,7 +114,8 @@ class Atlas {
     AtlasSubmap* submap;
     std::optional<double> lost_since{}, found_since{};  // time stamps: here; in the main one
     SubmapLink to_main{};
-    ImagePose pose{};  // of the newest image
+    std::optional<Metre> metre{};  // of its unit, by a submap that was joined with it
+    ImagePose pose{};              // of the newest image
     Session& session() const { return *submap->session; }
   };
 

@@ -62,6 +62,9 @@ bool Atlas::JoinGrowing() {
   if (!alignment || !Join(content, *alignment, main())) return false;
   if (!failure_) failure_ = session.failure();
   main().tracker().GoOnAs(std::move(session.tracker()), alignment->other_from_this.scale);
+  if (growing_->metre && !main().snapshot()->is_metric)
+    metre_ = Metre{growing_->metre->metres_per_unit / alignment->other_from_this.scale,
+                   growing_->metre->by_objects};
   AtlasSubmap& joined = *std::exchange(growing_, std::nullopt)->submap;
   joinings_[joined.number] = {main_->number, alignment->other_from_this};
   main_->next_keyframe = std::max(main_->next_keyframe, joined.next_keyframe);
@@ -136,7 +139,7 @@ bool Atlas::JoinWaiting(const AtlasSubmap& waiting, const SubmapAlignment& world
   const std::optional<Metre> metre =
       MetreBy(joining.map, world_from_waiting.other_from_this, *session.snapshot());
   if (!Join(joining, world_from_waiting, session)) return false;
-  if (metre && &into == main_) metre_ = metre;
+  if (metre) (&into == main_ ? metre_ : growing_->metre) = metre;
   const NextIds next = NextIdsOf(joining.map);
   into.next_keyframe = std::max(into.next_keyframe, next.keyframe);
   next_object_ = std::max(next_object_, next.object);
@@ -166,6 +169,7 @@ bool Atlas::JoinWaiting(const AtlasSubmap& waiting, AtlasSubmap& into) {
     for (FramePose& pose : trajectory)
       pose.cam_from_reference.translation *= metre->metres_per_unit;
     ScaleJoinings(into.number, metre->metres_per_unit);
+    into.link = {};  // its poses have the former unit
   }
   SayJoined(main().tracker().newest_frame(), joining, *world_from_other);
   return true;

@@ -296,8 +296,30 @@ TEST_F(AtlasTest, ASubmapInMetresTellsTheUnitOfTheMainOne) {
   Walk(later, 160, 80, 20, Scene::kAll);
   later.Finish();
   ASSERT_THAT(later.Others(), IsEmpty());
-  EXPECT_TRUE(later.TakeMetre());
+  const std::optional<Metre> metre = later.TakeMetre();
+  ASSERT_TRUE(metre);
   EXPECT_FALSE(later.TakeMetre());
+  // What was a unit of the submap is `metres` by now: a keyframe that both walks saw tells.
+  const Map& main = *later.main().snapshot();
+  EXPECT_FALSE(main.is_metric);
+  double joined_per_unit = 0;
+  int steps = 0;
+  const std::vector<KeyframeId> ids = others[0].map.keyframes.Ids();
+  const auto center = [](const Map& map, KeyframeId id) {
+    return map.keyframes.At(id).cam_from_world.OriginInSource();
+  };
+  std::map<int, KeyframeId> in_main;
+  main.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) { in_main[k.frame_index] = id; });
+  for (size_t i = 1; i < ids.size(); ++i) {
+    const auto a = in_main.find(others[0].map.keyframes.At(ids[0]).frame_index),
+               b = in_main.find(others[0].map.keyframes.At(ids[i]).frame_index);
+    if (a == in_main.end() || b == in_main.end()) continue;
+    joined_per_unit += (center(others[0].map, ids[0]) - center(others[0].map, ids[i])).norm() /
+                       (center(main, a->second) - center(main, b->second)).norm();
+    ++steps;
+  }
+  ASSERT_GT(steps, 0);
+  EXPECT_NEAR(metre->metres_per_unit / (joined_per_unit / steps), 1, 0.1);
 }
 
 TEST_F(AtlasTest, RunsRepeatExactly) {

@@ -33,6 +33,7 @@ struct oaslam_map {
   std::vector<oaslam_anchor> anchors;
   std::vector<oaslam_landmark> landmarks;
   std::vector<oaslam_keyframe> keyframes;
+  std::string bytes;
 };
 
 static_assert(OASLAM_PRELIMINARY == static_cast<int>(oaslam::TrackingState::kPreliminary));
@@ -481,6 +482,24 @@ oaslam_status oaslam_map_save(const oaslam_map* map, const char* path) {
   return Guarded([&] {
     ExpectNoNull(map, path);
     map->map.Save(path);
+    return OASLAM_OK;
+  });
+}
+
+oaslam_status oaslam_map_to_bytes(oaslam_map* map, const uint8_t** bytes, size_t* count) {
+  return Guarded([&] {
+    ExpectNoNull(map, bytes, count);
+    map->bytes = map->map.ToBytes();
+    *bytes = reinterpret_cast<const uint8_t*>(map->bytes.data());
+    *count = map->bytes.size();
+    return OASLAM_OK;
+  });
+}
+
+oaslam_status oaslam_map_from_bytes(const uint8_t* bytes, size_t count, oaslam_map** map) {
+  return Guarded([&] {
+    ExpectNoNull(bytes, map);
+    *map = new oaslam_map(MapSnapshot::FromBytes({reinterpret_cast<const char*>(bytes), count}));
     return OASLAM_OK;
   });
 }

@@ -122,7 +122,7 @@ void Slam::Finish() {
   const std::string why_no_map = impl_->session().tracker().why_no_map();
   impl_->atlas_->Finish();
   impl_->PostChange();
-  if (!impl_->atlas_->failure()) impl_->TakeMetre();
+  impl_->TakeMetre();
   if (impl_->session().snapshot()->keyframes.empty() && !why_no_map.empty())
     Log(LogLevel::kWarning,
         "no map was made: {}; it takes a camera that moves sideways past things with "

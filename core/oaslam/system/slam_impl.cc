@@ -276,7 +276,7 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   newest_ = result;
   Post();
   TakeMetre();
-  return result;
+  return newest_;
 }
 
 std::optional<int> Slam::Impl::AddDetections(int frame, const std::vector<Detection>& given) {
@@ -361,6 +361,7 @@ AnchorReport Slam::Impl::ChangeAnchors(
 }
 
 void Slam::Impl::TakeMetre() {
+  if (atlas_->failure()) return;
   if (const std::optional<Metre> metre = atlas_->TakeMetre())
     SetMetresPerUnit(metre->metres_per_unit, metre->by_objects);
 }

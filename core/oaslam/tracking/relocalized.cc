@@ -29,7 +29,8 @@ double MedianDepthOfObjects(const Map& map, const Relocalization& found) {
 // Of the points that the odometry follows, in its unit; 0 without any.
 double MedianDepthOfMotion(const FrameMotion& motion) {
   std::vector<double> inverse;
-  for (const FrameMotion::KnownDepth& point : motion.depths) inverse.push_back(point.inverse_depth);
+  for (const FrameMotion::KnownDepth& point : motion.depths)
+    if (point.inverse_depth > 0) inverse.push_back(point.inverse_depth);
   return inverse.empty() ? 0 : 1 / Median(std::move(inverse));
 }
 

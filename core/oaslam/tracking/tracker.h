@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <climits>
 #include <memory>
 #include <optional>
@@ -97,6 +98,7 @@ class Tracker {
   // that have no pose by points here.
   void Adopt(const std::vector<FramePose>& poses, double scale) {
     trajectory_.Adopt(poses, scale);
+    if (!poses.empty()) last_mapped_ = std::max(last_mapped_, poses.back().frame_index);
     units_.BeginAnew();
     certainty_ = {};
   }

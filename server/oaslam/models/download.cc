@@ -48,7 +48,15 @@ struct Transfer {
     }
   }
 
+  long Status() const {
+    long status = 0;
+    curl_easy_getinfo(curl.get(), CURLINFO_RESPONSE_CODE, &status);
+    return status;
+  }
+
   bool Take(const char* data, size_t count) {
+    constexpr long kOk = 200;
+    if (Status() != kOk) throw BadInput("the server answers with status {}", Status());
     curl_off_t offered = -1;
     curl_easy_getinfo(curl.get(), CURLINFO_CONTENT_LENGTH_DOWNLOAD_T, &offered);
     if (offered >= 0 && offered != bytes)
@@ -75,6 +83,7 @@ std::optional<std::string> Fetch(const std::string& url, int64_t bytes,
                                  const DownloadOptions& options) {
   Transfer transfer{.bytes = bytes, .options = options};
   std::array<char, CURL_ERROR_SIZE> error{};
+  transfer.received.reserve(static_cast<size_t>(bytes));
   transfer.Set(CURLOPT_URL, url.c_str());
   transfer.Set(CURLOPT_PROTOCOLS_STR, "http,https");
   transfer.Set(CURLOPT_REDIR_PROTOCOLS_STR, url.starts_with("https://") ? "https" : "http,https");
@@ -99,11 +108,8 @@ std::optional<std::string> Fetch(const std::string& url, int64_t bytes,
   const CURLcode code = curl_easy_perform(transfer.curl.get());
   if (transfer.failure) std::rethrow_exception(transfer.failure);
   if (code == CURLE_ABORTED_BY_CALLBACK) return std::nullopt;
-  long status = 0;
-  curl_easy_getinfo(transfer.curl.get(), CURLINFO_RESPONSE_CODE, &status);
-  constexpr long kOk = 200;
-  if (code == CURLE_HTTP_RETURNED_ERROR || (code == CURLE_OK && status != kOk))
-    throw BadInput("the server answers with status {}", status);
+  if (code == CURLE_HTTP_RETURNED_ERROR)
+    throw BadInput("the server answers with status {}", transfer.Status());
   if (code != CURLE_OK || static_cast<int64_t>(transfer.received.size()) < bytes)
     throw BadInput("{}; `oaslam models add FILE` takes a file from elsewhere",
                    error[0] != '\0'   ? error.data()
