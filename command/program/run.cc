@@ -5,9 +5,9 @@
 #include <chrono>
 #include <exception>
 #include <filesystem>
+#include <functional>
 #include <future>
 #include <memory>
-#include <tuple>
 #include <utility>
 
 #include "beside.h"
@@ -214,6 +214,152 @@ void SayUnit(const Map& map, const std::string& why_arbitrary) {
     fmt::print("unit: arbitrary: {}\n", why_arbitrary);
 }
 
+// The classes that a run is given. A file of classes applies from now on; without one a loaded map
+// keeps its relations.
+struct RunClasses {
+  Classes classes;
+  bool has_names = false;  // of a detector or of detections
+  bool has_file = false;
+
+  void Give(Slam& slam, bool is_loaded) const {
+    if (!is_loaded || has_names || has_file) slam.SetClassNames(classes.names);
+    if (has_file) slam.SetClassRelations(classes.relations);
+  }
+};
+
+// Where what an image tells is shown and kept.
+struct Sinks {
+  RunView& view;
+  Recording& recording;
+  RunResults& results;
+};
+
+void Take(const Slam& slam, const FrameInput& frame, const TrackingResult& result, int dropped,
+          Sinks& sinks) {
+  sinks.results.Add(frame.index, result);
+  if (frame.taken_s) sinks.results.AddAge(Seconds() - *frame.taken_s);
+  sinks.view.Show(slam, frame, result, dropped);
+  sinks.recording.Add(slam, frame, result);
+}
+
+std::string Describe(const FrameInput& frame, const TrackingResult& result) {
+  std::string state = ToString(result.state);
+  if (result.inliers) state += fmt::format(", {} points", *result.inliers);
+  if (frame.taken_s) state += fmt::format(", {:.2f} s old", Seconds() - *frame.taken_s);
+  return state;
+}
+
+struct ImageCounts {
+  int done = 0, dropped = 0;
+};
+
+// Tracks the images until they end or the run is interrupted. `reset`: what a viewer may ask for.
+void ProcessImages(FrameInputs& inputs, Slam& slam, bool drops_late,
+                   const std::function<void()>& reset, Sinks& sinks, ProgressBar& progress,
+                   ImageCounts& counts) {
+  LivePace pace;
+  while (!Interrupted()) {
+    pace.Delay(sinks.view.Obey(slam, reset));
+    if (Interrupted()) break;
+    const std::optional<FrameInput> frame = inputs.Next();
+    if (!frame) break;
+    if (drops_late && !pace.Wait(frame->input.timestamp)) {
+      ++counts.dropped;
+      inputs.KeepSamples(*frame);
+      continue;
+    }
+    const TrackingResult result = slam.Process(frame->input);
+    inputs.SetState(result.state);
+    Take(slam, *frame, result, counts.dropped, sinks);
+    inputs.DetectLate(result.frame, frame->input.image, GravityAt(slam, *frame, result));
+    AddLateDetections(inputs, slam, sinks.results);
+    progress.Update(++counts.done, Describe(*frame, result));
+  }
+  if (!Interrupted()) inputs.FinishLate();
+  AddLateDetections(inputs, slam, sinks.results);
+}
+
+// What was written, and what is said of it.
+struct Written {
+  SavedMap map;
+  size_t tracked = 0;
+  std::string uncertain, loose, why_arbitrary;
+};
+
+// Writes the map of a run and what belongs to it.
+struct RunWriter {
+  const RunOptions& options;
+  const MetricScale& scale;
+  const std::vector<StampedPose>& groundtruth;
+  const RunResults& results;
+  Camera camera;    // as it was given, or estimated before the run
+  int first_frame;  // earlier ones belong to the map that the run began with
+  double start_s;
+
+  // Changes only copies, so that it may be called twice.
+  Written Write(SavedMap saved, WorldId world, const std::optional<CameraEstimate>& estimate,
+                Failures& failures) const {
+    Written written;
+    RunResults files = results;
+    files.SetWorld(world);
+    files.SetCamera(estimate ? estimate->camera : camera, estimate);
+    std::vector<StampedPose> trajectory = WorldPoses(saved.map, saved.trajectory, first_frame);
+    failures.Add(ScaleToMetres(scale, saved, trajectory, files, written.why_arbitrary));
+    std::vector<std::vector<StampedPose>> submaps;
+    for (const Submap& submap : saved.submaps)
+      submaps.push_back(WorldPoses(submap.map, submap.trajectory, first_frame));
+    failures.Try([&] {
+      written.tracked =
+          files.Finish(saved, trajectory, submaps, groundtruth, Seconds() - start_s, Interrupted());
+    });
+    failures.Try([&] {
+      if (!options.map_out.empty()) SaveMap(options.map_out, saved);
+    });
+    written.map = std::move(saved);
+    written.uncertain = files.Uncertain();
+    written.loose = files.Loose();
+    return written;
+  }
+};
+
+// Finishes the map, improves it as a whole, and writes it. Who ends the run meanwhile has it as it
+// was before.
+Written FinishAndWrite(Slam& slam, const RunWriter& writer, const SlamConfig& config,
+                       const std::optional<CameraEstimate>& first_estimate, Failures& failures) {
+  const WorldId world = slam.Snapshot().world();
+  const SavedMap unfinished = SavedMapOf(slam.WholeMap());
+  SavedMap finished;
+  std::optional<CameraEstimate> estimate = first_estimate;
+  auto finishing = std::async(std::launch::async, [&] {
+    failures.Try([&] { slam.Finish(); });
+    finished = SavedMapOf(slam.WholeMap());
+    failures.Try(
+        [&] { estimate = RefineWholeMap(writer.options, config, first_estimate, finished); });
+  });
+  // This only improves the map, and may take longer than who ends the run will wait.
+  if (!IsReadyUnlessInterrupted(finishing)) {
+    Failures early;
+    writer.Write(unfinished, world, first_estimate, early);
+    if (!early.Any()) SavedOnSignal();
+  }
+  finishing.get();
+  return writer.Write(std::move(finished), slam.Snapshot().world(), estimate, failures);
+}
+
+void Say(const Written& written, const RunOptions& options, int images) {
+  const Map& map = written.map.map;
+  if (options.common.quiet) return;
+  fmt::print("{} of {} frames tracked, {} keyframes, {} landmarks, {} objects; results in {}{}\n",
+             written.tracked, images, map.keyframes.size(), map.landmarks.size(),
+             map.CountMappedObjects(), options.out,
+             options.map_out.empty() ? "; the map is not saved (--map-out)" : "");
+  SayUnit(map, written.why_arbitrary);
+  for (const std::string& doubt : {written.uncertain, written.loose})
+    if (!doubt.empty()) fmt::print("{}\n", doubt);
+  if (options.plain.IsUsed() && !map.keyframes.empty())
+    fmt::print("to look at it: oaslam view {}\n", options.out);
+}
+
 void Run(const RunOptions& given) {
   RunOptions options = Complete(given);
   const SlamConfig config = Configure(options);
@@ -224,10 +370,13 @@ void Run(const RunOptions& given) {
     groundtruth = LoadGroundtruth(options.groundtruth, options.common);
   TakeDataset(options.images, options.common,
               {&options.camera.camera, &options.side.imu, &groundtruth});
+
+  // What is refused is refused before anything is written or estimated.
   SideInputs side(options.side, options.camera.camera, options.detector, options.common);
-  const bool has_names = side.detector != nullptr || !side.categories.empty();
-  const Classes classes = ClassesFor(options.common, side.detector.get(), side.categories);
-  const MetricScale scale(options.scale, classes.names, groundtruth);
+  const RunClasses classes{ClassesFor(options.common, side.detector.get(), side.categories),
+                           side.detector != nullptr || !side.categories.empty(),
+                           !options.common.classes.empty()};
+  const MetricScale scale(options.scale, classes.classes.names, groundtruth);
   options.view->Check();
   const OutputFolder folder(options.out);
   const OutputFolder map_folder = options.map_out.empty()
@@ -243,126 +392,46 @@ void Run(const RunOptions& given) {
       std::move(side), options.common);
 
   Slam slam(config, inputs.camera());
-  const auto set_classes = [&](bool is_loaded) {
-    // A class file applies from now on; without one a loaded map keeps its relations.
-    if (!is_loaded || has_names || !options.common.classes.empty())
-      slam.SetClassNames(classes.names);
-    if (!options.common.classes.empty()) slam.SetClassRelations(classes.relations);
-  };
-  int first_frame = 0;
-  const auto reset = [&] {
-    slam.Reset();
-    first_frame = 0;
-    set_classes(false);
-  };
   slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
   if (!options.map_in.empty()) slam.Load(options.map_in);
   UseMask(options.mask, mask, slam, inputs.camera());
   slam.NameRecording(NameOfImages(options.images), ImagesOnDisk(options.images));
-  first_frame = FramesOf(SavedMapOf(slam.WholeMap()));
-  set_classes(!options.map_in.empty());
+  int first_frame = FramesOf(SavedMapOf(slam.WholeMap()));
+  classes.Give(slam, !options.map_in.empty());
+  const auto reset = [&] {
+    slam.Reset();
+    first_frame = 0;
+    classes.Give(slam, false);
+  };
   RunResults results(options.out, config);
   if (options.plain.IsUsed()) results.SetImages(PathToFindAgain(options));
-  RunView& view = *options.view;
-  view.Begin(WithoutPassword(options.images), slam, groundtruth, options.common.quiet);
+  options.view->Begin(WithoutPassword(options.images), slam, groundtruth, options.common.quiet);
   recording.Begin(slam, inputs.camera());
+
   ProgressBar progress(inputs.size(), options.common.quiet);
-  LivePace pace;
   const double start_s = Seconds();
-  int done = 0, dropped = 0;
+  Sinks sinks{*options.view, recording, results};
+  ImageCounts counts;
   Failures failures;  // reported after all results have been saved
   InstallInterruptHandler();
   failures.Try([&] {
-    while (!Interrupted()) {
-      pace.Delay(view.Obey(slam, reset));
-      if (Interrupted()) break;
-      const std::optional<FrameInput> frame = inputs.Next();
-      if (!frame) break;
-      if (is_live && !inputs.is_live() && !pace.Wait(frame->input.timestamp)) {
-        ++dropped;
-        inputs.KeepSamples(*frame);
-        continue;
-      }
-      const TrackingResult result = slam.Process(frame->input);
-      inputs.SetState(result.state);
-      results.Add(frame->index, result);
-      inputs.DetectLate(result.frame, frame->input.image, GravityAt(slam, *frame, result));
-      AddLateDetections(inputs, slam, results);
-      view.Show(slam, *frame, result, dropped);
-      recording.Add(slam, *frame, result);
-      std::string state = fmt::format("{}", ToString(result.state));
-      if (result.inliers) state += fmt::format(", {} points", *result.inliers);
-      if (frame->taken_s) {
-        const double age_s = Seconds() - *frame->taken_s;
-        results.AddAge(age_s);
-        state += fmt::format(", {:.2f} s old", age_s);
-      }
-      progress.Update(++done, state);
-    }
-    if (!Interrupted()) inputs.FinishLate();
-    AddLateDetections(inputs, slam, results);
+    ProcessImages(inputs, slam, is_live && !inputs.is_live(), reset, sinks, progress, counts);
   });
   failures.Add(recording.Finish());
   inputs.ReportSensors(slam.Gyroscope());
   results.SetDetectorPace(inputs.pace(), Seconds() - start_s);
-  dropped += inputs.dropped();
   progress.Finish();
-  SayDetectorPace(options, inputs.pace(), done);
-  const WorldId world = slam.Snapshot().world();
-  std::string why_arbitrary;  // the unit
-  // Saves the map and what belongs to it. May be called twice: it changes only copies.
-  const auto save = [&](SavedMap saved, WorldId world_now,
-                        const std::optional<CameraEstimate>& estimate, Failures& failed) {
-    RunResults written = results;
-    written.SetWorld(world_now);
-    written.SetCamera(estimate ? estimate->camera : inputs.camera(), estimate);
-    // Earlier frames belong to the map that the run began with.
-    std::vector<StampedPose> trajectory = WorldPoses(saved.map, saved.trajectory, first_frame);
-    failed.Add(ScaleToMetres(scale, saved, trajectory, written, why_arbitrary));
-    std::vector<std::vector<StampedPose>> submaps;
-    for (const Submap& submap : saved.submaps)
-      submaps.push_back(WorldPoses(submap.map, submap.trajectory, first_frame));
-    size_t tracked = 0;
-    failed.Try([&] {
-      tracked = written.Finish(saved, trajectory, submaps, groundtruth, Seconds() - start_s,
-                               Interrupted());
-    });
-    failed.Try([&] {
-      if (!options.map_out.empty()) SaveMap(options.map_out, saved);
-    });
-    return std::tuple(std::move(saved), tracked, written.Uncertain(), written.Loose());
-  };
-  const SavedMap unfinished = SavedMapOf(slam.WholeMap());
-  SavedMap finished;
-  std::optional<CameraEstimate> estimate = first_estimate;
-  auto finishing = std::async(std::launch::async, [&] {
-    failures.Try([&] { slam.Finish(); });
-    finished = SavedMapOf(slam.WholeMap());
-    failures.Try([&] { estimate = RefineWholeMap(options, config, first_estimate, finished); });
-  });
-  // This only improves the map, and may take longer than who ends the run will wait.
-  if (!IsReadyUnlessInterrupted(finishing)) {
-    Failures early;
-    save(unfinished, world, first_estimate, early);
-    if (!early.Any()) SavedOnSignal();
-  }
-  finishing.get();
+  SayDetectorPace(options, inputs.pace(), counts.done);
+
+  const RunWriter writer{options,         scale,       groundtruth, results,
+                         inputs.camera(), first_frame, start_s};
+  const Written written = FinishAndWrite(slam, writer, config, first_estimate, failures);
   const bool interrupted = Interrupted();
-  const auto [saved, tracked, uncertain, loose] =
-      save(std::move(finished), slam.Snapshot().world(), estimate, failures);
-  if (dropped > 0) spdlog::warn("{} images came too late and were dropped", dropped);
+  if (const int dropped = counts.dropped + inputs.dropped(); dropped > 0)
+    spdlog::warn("{} images came too late and were dropped", dropped);
   failures.Throw();
-  if (!options.common.quiet)
-    fmt::print("{} of {} frames tracked, {} keyframes, {} landmarks, {} objects; results in {}{}\n",
-               tracked, done, saved.map.keyframes.size(), saved.map.landmarks.size(),
-               saved.map.CountMappedObjects(), options.out,
-               options.map_out.empty() ? "; the map is not saved (--map-out)" : "");
-  if (!options.common.quiet) SayUnit(saved.map, why_arbitrary);
-  for (const std::string& doubt : {uncertain, loose})
-    if (!options.common.quiet && !doubt.empty()) fmt::print("{}\n", doubt);
-  if (options.plain.IsUsed() && !options.common.quiet && !saved.map.keyframes.empty())
-    fmt::print("to look at it: oaslam view {}\n", options.out);
-  view.Finish(saved, interrupted);
+  Say(written, options, counts.done);
+  options.view->Finish(written.map, interrupted);
   if (interrupted) EndIfInterrupted();
 }
 
