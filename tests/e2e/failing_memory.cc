@@ -1,28 +1,29 @@
-// Loaded before a program (LD_PRELOAD). Counts the calls of operator new on all threads except the
-// first, and writes the number to the file OASLAM_ALLOCATIONS_TOLD when the program ends. After
+// Loaded before a program (LD_PRELOAD). Counts the calls of operator new on the mapper's thread,
+// and writes the number to the file OASLAM_ALLOCATIONS_TOLD when the program ends. After
 // OASLAM_ALLOCATIONS calls, all further ones fail.
 
-#include <sys/syscall.h>
-#include <unistd.h>
+#include <pthread.h>
 
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <new>
 
 namespace {
 
 std::atomic<long> g_count = 0;
 
-bool IsFirstThread() {
-  thread_local const bool is_first = syscall(SYS_gettid) == getpid();
-  return is_first;
+bool IsMapper() {
+  char name[16] = "";
+  return pthread_getname_np(pthread_self(), name, sizeof(name)) == 0 &&
+         std::strcmp(name, "oaslam-mapper") == 0;
 }
 
 bool IsMemoryLeft() {
   static const char* const text = std::getenv("OASLAM_ALLOCATIONS");
   static const long enough = text ? std::atol(text) : 0;
-  return IsFirstThread() || g_count.fetch_add(1) < enough || !text;
+  return !IsMapper() || g_count.fetch_add(1) < enough || !text;
 }
 
 __attribute__((destructor)) void Tell() {

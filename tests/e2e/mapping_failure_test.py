@@ -16,7 +16,7 @@ class TestMappingFailure:
         self.folder, self.map = str(tmp_path), str(tmp_path / "desk.map")
 
     def run_with(self, allocations=None):
-        """`allocations`: how many the threads other than the first may make before memory runs out; None: any number."""
+        """`allocations`: how many the mapper may make before memory runs out; None: any number."""
         env = dict(os.environ, LD_PRELOAD=os.environ["OASLAM_FAILING_MEMORY"], OASLAM_ALLOCATIONS_TOLD=os.path.join(self.folder, "told"))
         if allocations is not None:
             env["OASLAM_ALLOCATIONS"] = str(allocations)

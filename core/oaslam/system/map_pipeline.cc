@@ -1,5 +1,7 @@
 #include "oaslam/system/map_pipeline.h"
 
+#include <pthread.h>
+
 #include <limits>
 #include <utility>
 #include <vector>
@@ -59,6 +61,7 @@ std::exception_ptr MapPipeline::failure() {
 }
 
 void MapPipeline::Work(std::stop_token stop) {
+  pthread_setname_np(pthread_self(), "oaslam-mapper");  // as debuggers and profilers show it
   for (;;) {
     MapCommand command;
     {
