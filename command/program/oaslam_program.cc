@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include "commands.h"
@@ -39,10 +38,8 @@ oaslam COMMAND --help lists the options of a command, oaslam --help the commands
 
 int RunOaslam(int argc, char** argv, std::shared_ptr<RunView> view, void (*add_view)(CLI::App&)) {
   if (!view) view = std::make_shared<RunView>();
-  const bool has_viewer = add_view != nullptr;
   const char* other = OtherProgram(argc, argv);
-  if (other && !(has_viewer && other == std::string_view("oaslam-viewer")))
-    return PassTo(other, argv);
+  if (other && !(add_view && other == kViewerProgram)) return PassTo(other, argv);
   const std::string port = std::to_string(view->PortIfLeftOut());
   CLI::App app{"OA-SLAM: monocular SLAM with points and objects that finds its way back"};
   AddRunCommand(app, std::move(view));

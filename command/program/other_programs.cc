@@ -16,7 +16,7 @@ namespace oaslam::apps {
 namespace {
 
 constexpr const char* kServer = "oaslam-server";
-constexpr const char* kViewer = "oaslam-viewer";
+constexpr const char* kViewer = kViewerProgram.data();
 
 struct OtherCommand {
   const char *name, *help, *program;

@@ -1,8 +1,11 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <string_view>
 
 namespace oaslam::apps {
+
+inline constexpr std::string_view kViewerProgram = "oaslam-viewer";
 
 // Some commands are in programs of their own, which are looked for beside this one and in PATH:
 // `serve` and `models` in oaslam-server; `view`, and `run` with --viewer, in oaslam-viewer.

@@ -234,10 +234,16 @@ struct Sinks {
   RunResults& results;
 };
 
+// Seconds since the camera took the image; empty: of a file.
+std::optional<double> AgeOf(const FrameInput& frame) {
+  if (!frame.taken_s) return std::nullopt;
+  return Seconds() - *frame.taken_s;
+}
+
 void Take(const Slam& slam, const FrameInput& frame, const TrackingResult& result, int dropped,
           Sinks& sinks) {
   sinks.results.Add(frame.index, result);
-  if (frame.taken_s) sinks.results.AddAge(Seconds() - *frame.taken_s);
+  if (const auto age = AgeOf(frame)) sinks.results.AddAge(*age);
   sinks.view.Show(slam, frame, result, dropped);
   sinks.recording.Add(slam, frame, result);
 }
@@ -245,7 +251,7 @@ void Take(const Slam& slam, const FrameInput& frame, const TrackingResult& resul
 std::string Describe(const FrameInput& frame, const TrackingResult& result) {
   std::string state = ToString(result.state);
   if (result.inliers) state += fmt::format(", {} points", *result.inliers);
-  if (frame.taken_s) state += fmt::format(", {:.2f} s old", Seconds() - *frame.taken_s);
+  if (const auto age = AgeOf(frame)) state += fmt::format(", {:.2f} s old", *age);
   return state;
 }
 

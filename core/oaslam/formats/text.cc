@@ -61,8 +61,7 @@ void WriteTextFile(const std::string& path, const std::string& content) {
   std::error_code error;
   const fs::file_type type = fs::symlink_status(path, error).type();
   const bool is_plain = type == fs::file_type::regular || type == fs::file_type::not_found;
-  // Devices, pipes and links are not replaced.
-  // Two processes may write the same file.
+  // Devices, pipes and links are not replaced. Two processes may write the same file.
   const std::string written = is_plain ? fmt::format("{}.{}.tmp", path, getpid()) : path;
   const Leftover leftover(is_plain ? written : "");
   errno = 0;

@@ -11,6 +11,8 @@ namespace {
 
 using Problems = std::vector<std::string>;
 
+constexpr const char* kUnsound = "not finite, or its rotation no unit quaternion";
+
 void CheckKeyframe(const Map& map, KeyframeId id, const Keyframe& keyframe, Problems& problems) {
   if (!keyframe.features || keyframe.landmarks.size() != keyframe.features->keypoints.size())
     return problems.push_back(
@@ -22,8 +24,7 @@ void CheckKeyframe(const Map& map, KeyframeId id, const Keyframe& keyframe, Prob
     problems.push_back(
         fmt::format("keyframe {}: camera {} does not exist", id.value, keyframe.camera));
   if (!keyframe.cam_from_world.IsValid())
-    problems.push_back(
-        fmt::format("keyframe {}: pose not finite, or its rotation no unit quaternion", id.value));
+    problems.push_back(fmt::format("keyframe {}: pose {}", id.value, kUnsound));
   if (map.retired.Contains(id))
     problems.push_back(fmt::format("keyframe {}: also retired", id.value));
   for (uint32_t i = 0; i < keyframe.landmarks.size(); ++i) {
@@ -65,8 +66,7 @@ void CheckLandmark(const Map& map, LandmarkId id, const Landmark& landmark, Prob
 void CheckObject(const Map& map, ObjectId id, const Object& object, Problems& problems) {
   const Ellipsoid& e = object.ellipsoid;
   if (!e.center.allFinite() || !e.half_axes.allFinite() || !Rigid3::IsUnit(e.rotation))
-    problems.push_back(fmt::format(
-        "object {}: ellipsoid not finite, or its rotation no unit quaternion", id.value));
+    problems.push_back(fmt::format("object {}: ellipsoid {}", id.value, kUnsound));
   if (object.landmarks.size() != object.landmark_votes.size())
     problems.push_back(fmt::format("object {}: votes and landmarks differ in number", id.value));
   if (!std::ranges::is_sorted(object.landmarks))
@@ -76,9 +76,7 @@ void CheckObject(const Map& map, ObjectId id, const Object& object, Problems& pr
       problems.push_back(fmt::format("object {}: reference keyframe {} leads nowhere", id.value,
                                      o.reference.value));
     if (!o.cam_from_reference.IsValid())
-      problems.push_back(fmt::format(
-          "object {}: pose of an observation not finite, or its rotation no unit quaternion",
-          id.value));
+      problems.push_back(fmt::format("object {}: pose of an observation {}", id.value, kUnsound));
     if (o.camera < 0 || o.camera >= static_cast<int>(map.cameras.size()))
       problems.push_back(fmt::format("object {}: camera {} does not exist", id.value, o.camera));
   }
@@ -90,8 +88,7 @@ void CheckAnchor(const Map& map, const std::string& name, const Anchor& anchor,
     problems.push_back(
         fmt::format("anchor \"{}\": keyframe {} leads nowhere", name, anchor.keyframe.value));
   if (!anchor.cam_from_anchor.IsValid())
-    problems.push_back(
-        fmt::format("anchor \"{}\": pose not finite, or its rotation no unit quaternion", name));
+    problems.push_back(fmt::format("anchor \"{}\": pose {}", name, kUnsound));
   if (!(anchor.size > 0) || !std::isfinite(anchor.size))
     problems.push_back(fmt::format("anchor \"{}\": size {}, must be positive", name, anchor.size));
 }
@@ -116,8 +113,7 @@ std::vector<std::string> Map::CheckInvariants() const {
       [&](LandmarkId id, const Landmark& l) { CheckLandmark(*this, id, l, problems); });
   retired.ForEach([&](KeyframeId id, const RetiredKeyframe& r) {
     if (!r.cam_from_parent.IsValid())
-      problems.push_back(fmt::format(
-          "retired keyframe {}: pose not finite, or its rotation no unit quaternion", id.value));
+      problems.push_back(fmt::format("retired keyframe {}: pose {}", id.value, kUnsound));
     if (!ResolvePose(id))
       problems.push_back(fmt::format("retired keyframe {}: leads nowhere", id.value));
   });

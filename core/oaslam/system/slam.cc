@@ -84,11 +84,7 @@ std::vector<AnchorPose> Slam::Anchors() const {
 }
 
 std::vector<RayHit> Slam::Cast(const Eigen::Vector2d& pixel) const {
-  const Camera& camera = impl_->camera_;
-  if (!(pixel.x() >= 0 && pixel.x() <= camera.width - 1 && pixel.y() >= 0 &&
-        pixel.y() <= camera.height - 1))
-    throw BadInput("pixel {:g}, {:g}: not in the image of {}x{} pixels", pixel.x(), pixel.y(),
-                   camera.width, camera.height);
+  if (!impl_->IsInImage(pixel)) throw BadInput("{}", impl_->NotInImage(pixel));
   const MapSnapshot map = impl_->Snapshot();
   AnchorRequest ray{.pixel = pixel};
   const bool has_pose = impl_->SetRay(*impl_->session().snapshot(), ray).empty();

@@ -330,14 +330,20 @@ RelocalizationResult Slam::Impl::Relocalize(const ImageInput& input,
   return Find(frame, options, watch.WallMs());
 }
 
+bool Slam::Impl::IsInImage(const Eigen::Vector2d& pixel) const {
+  return pixel.x() >= 0 && pixel.x() <= camera_.width - 1 && pixel.y() >= 0 &&
+         pixel.y() <= camera_.height - 1;
+}
+
+std::string Slam::Impl::NotInImage(const Eigen::Vector2d& pixel) const {
+  return fmt::format("pixel {:g}, {:g}: not in the image of {}x{} pixels", pixel.x(), pixel.y(),
+                     camera_.width, camera_.height);
+}
+
 std::string Slam::Impl::SetRay(const Map& map, AnchorRequest& request) const {
   const Eigen::Vector2d& pixel = *request.pixel;
-  const bool is_inside = pixel.x() >= 0 && pixel.x() <= camera_.width - 1 && pixel.y() >= 0 &&
-                         pixel.y() <= camera_.height - 1;
-  const auto ray = is_inside ? camera_.Lift(pixel) : std::nullopt;
-  if (!ray)
-    return fmt::format("pixel {:g}, {:g}: not in the image of {}x{} pixels", pixel.x(), pixel.y(),
-                       camera_.width, camera_.height);
+  const auto ray = IsInImage(pixel) ? camera_.Lift(pixel) : std::nullopt;
+  if (!ray) return NotInImage(pixel);
   std::optional<Rigid3> cam_from_world;
   if (newest_.frame >= 0)
     cam_from_world = session().tracker().PoseOf(first_index_ + newest_.frame, map);

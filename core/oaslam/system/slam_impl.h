@@ -47,6 +47,9 @@ class OASLAM_LOCAL Slam::Impl {
   Frame MakeFrame(const ImageInput& input, int index, int keypoints);
   RelocalizationResult Relocalize(const ImageInput& input, const RelocalizeOptions& options);
   void SetMask(const ImageMask& mask);
+  bool IsInImage(const Eigen::Vector2d& pixel) const;
+  // The text that refuses such a pixel.
+  std::string NotInImage(const Eigen::Vector2d& pixel) const;
   // Sets the ray of the pixel that the request names in the newest image. Returns why there is
   // none, or an empty text.
   std::string SetRay(const Map& map, AnchorRequest& request) const;

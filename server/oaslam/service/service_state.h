@@ -61,9 +61,8 @@ void TellFollowers(ServiceState& state, const std::string& map);
 void KeepImage(const ServiceState& state, const std::string& map, const std::string& bytes);
 
 // Places, edits and removes anchors for all who use the map, and returns the problem, if there is
-// one, with its HTTP status. Each edit begins with
-// the newest version of the anchor in the store, so that of two edits at the same time neither
-// undoes a part of the other.
+// one, with its HTTP status. Each edit begins with the newest version of the anchor in the store,
+// so that of two edits at the same time neither undoes a part of the other.
 struct AnchorOutcome {
   int status = 200;
   std::string problem;
