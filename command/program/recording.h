@@ -6,9 +6,9 @@
 #include <string>
 
 #include "frame_inputs.h"
-#include "oaslam/exports/ar_picture.h"
-#include "oaslam/exports/ideal_picture.h"
 #include "oaslam/images/video_file.h"
+#include "oaslam/pictures/ar_picture.h"
+#include "oaslam/pictures/ideal_picture.h"
 #include "oaslam/slam.h"
 
 namespace oaslam::apps {

@@ -11,10 +11,10 @@
 #include "failures.h"
 #include "oaslam/camera_file.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
-#include "oaslam/exports/map_results.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/geometry/degree.h"
+#include "oaslam/pictures/map_results.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam::apps {

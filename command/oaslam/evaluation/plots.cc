@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "oaslam/exports/svg.h"
-#include "oaslam/exports/top_view.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/pictures/svg.h"
+#include "oaslam/pictures/top_view.h"
 
 namespace oaslam {
 namespace {
@@ -54,7 +54,7 @@ class Chart {
   void Add(const std::string& name, Points2 line) {
     std::ranges::transform(line, line.begin(), [&](const Eigen::Vector2d& p) { return At(p); });
     const std::string style = fmt::format(
-        R"(stroke="{}" stroke-width="2.2" stroke-linejoin="round")", PaletteColor(count_));
+        R"(stroke="{}" stroke-width="2.2" stroke-linejoin="round")", HexOf(PaletteColor(count_)));
     canvas_.Polyline(line, style);
     const double y = kCorner.y() + kSize.y() + 62 + kRow * static_cast<double>(count_++);
     canvas_.Line({kCorner.x(), y}, {kCorner.x() + 30, y}, style);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "oaslam/crypto/base64.h"
+#include "oaslam/formats/base64.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/service/received_image.h"
 #include "oaslam/util/bad_input.h"

@@ -2,7 +2,7 @@
 
 #include "expect_input_error.h"
 #include "folder_test.h"
-#include "oaslam/exports/map_results.h"
+#include "oaslam/pictures/map_results.h"
 #include "random_map.h"
 
 namespace oaslam {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "oaslam/class_names.h"
-#include "oaslam/exports/ideal_picture.h"
+#include "oaslam/pictures/ideal_picture.h"
 #include "oaslam/storage/recordings.h"
 #include "oaslam/viewer/crops.h"
 #include "oaslam/viewer/frame_record.h"

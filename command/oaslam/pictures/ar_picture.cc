@@ -1,4 +1,4 @@
-#include "oaslam/exports/ar_picture.h"
+#include "oaslam/pictures/ar_picture.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "oaslam/exports/svg.h"
+#include "oaslam/exports/map_scene.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/map/anchor.h"
@@ -28,12 +28,11 @@ cv::Point FinePoint(const Eigen::Vector2d& px) {
 }
 
 cv::Scalar ColorOf(int category_id) {
-  const std::string hex = PaletteColor(static_cast<size_t>(std::max(category_id, 0)));
+  const Rgb color = PaletteColor(static_cast<size_t>(std::max(category_id, 0)));
   const auto channel = [&](size_t i) {
-    const int value = std::stoi(hex.substr(i, 2), nullptr, 16);
-    return value + (255 - value) * 0.3;  // lighter than on paper
+    return color[i] + (255 - color[i]) * 0.3;  // lighter than on paper
   };
-  return {channel(5), channel(3), channel(1)};
+  return {channel(2), channel(1), channel(0)};
 }
 
 // The scale of text and lines: 1 in a picture of 640 x 480.

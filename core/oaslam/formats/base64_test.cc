@@ -1,4 +1,4 @@
-#include "oaslam/crypto/base64.h"
+#include "oaslam/formats/base64.h"
 
 #include <gtest/gtest.h>
 

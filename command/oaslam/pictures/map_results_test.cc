@@ -1,9 +1,9 @@
-#include "oaslam/exports/map_results.h"
+#include "oaslam/pictures/map_results.h"
 
 #include <nlohmann/json.hpp>
 
 #include "expect_input_error.h"
-#include "oaslam/exports/top_view.h"
+#include "oaslam/pictures/top_view.h"
 #include "random_map.h"
 #include "temp_folder.h"
 

@@ -5,22 +5,11 @@
 #include <map>
 #include <numbers>
 
-#include "oaslam/exports/svg.h"
-#include "oaslam/exports/top_view.h"
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/util/check.h"
 #include "oaslam/util/median.h"
 
 namespace oaslam {
 namespace {
-
-Rgb ParseColor(const std::string& hex) {  // "#rrggbb"
-  OASLAM_CHECK(hex.size() == 7);
-  Rgb rgb{};
-  for (size_t i = 0; i < 3; ++i)
-    rgb[i] = static_cast<unsigned char>(std::stoi(hex.substr(1 + 2 * i, 2), nullptr, 16));
-  return rgb;
-}
 
 TopAxes AxesOf(const Map& map) {
   std::vector<Rigid3> poses;
@@ -30,6 +19,22 @@ TopAxes AxesOf(const Map& map) {
 }
 
 }  // namespace
+
+Rgb PaletteColor(size_t index) {
+  static constexpr auto kColors = std::to_array<Rgb>({{0xd1, 0x49, 0x5b},
+                                                      {0x2a, 0x9d, 0x8f},
+                                                      {0xe0, 0x8e, 0x1b},
+                                                      {0x6a, 0x4c, 0x93},
+                                                      {0x3a, 0x7d, 0x44},
+                                                      {0xc2, 0x52, 0x9b},
+                                                      {0x1b, 0x7f, 0xa8},
+                                                      {0x8c, 0x5a, 0x2b},
+                                                      {0x7a, 0x8b, 0x12},
+                                                      {0xb0, 0x3a, 0x2e},
+                                                      {0x4b, 0x6c, 0xb7},
+                                                      {0x5f, 0x5f, 0x5f}});
+  return kColors[index % kColors.size()];
+}
 
 std::vector<ExportedObject> ExportedObjects(const SavedMap& saved) {
   std::map<int, Rgb> colors;
@@ -44,7 +49,7 @@ std::vector<ExportedObject> ExportedObjects(const SavedMap& saved) {
          {}});
   });
   size_t next = 0;
-  for (auto& [category, color] : colors) color = ParseColor(PaletteColor(next++));
+  for (auto& [category, color] : colors) color = PaletteColor(next++);
   for (ExportedObject& o : objects) o.color = colors.at(o.object->category_id);
   return objects;
 }
@@ -66,11 +71,48 @@ std::vector<std::vector<StampedPose>> FinalTrajectories(const SavedMap& saved) {
   return poses;
 }
 
+std::vector<std::vector<StampedPose>> SplitAtGaps(const std::vector<StampedPose>& poses) {
+  if (poses.empty()) return {};
+  std::vector<double> gaps;
+  for (size_t i = 1; i < poses.size(); ++i)
+    gaps.push_back(poses[i].timestamp - poses[i - 1].timestamp);
+  std::ranges::sort(gaps);
+  // Ten usual intervals, and half a second at least: less is missing images.
+  const double longest = gaps.empty() ? 0 : std::max(10 * gaps[gaps.size() / 2], 0.5);
+  std::vector<std::vector<StampedPose>> lines(1);
+  for (size_t i = 0; i < poses.size(); ++i) {
+    const double gap = i > 0 ? poses[i].timestamp - poses[i - 1].timestamp : 0;
+    if (gap > longest || gap < 0) lines.emplace_back();
+    lines.back().push_back(poses[i]);
+  }
+  return lines;
+}
+
 std::vector<std::vector<StampedPose>> TrajectoryLines(const SavedMap& saved) {
   std::vector<std::vector<StampedPose>> lines;
   for (const std::vector<StampedPose>& poses : FinalTrajectories(saved))
     for (std::vector<StampedPose>& line : SplitAtGaps(poses)) lines.push_back(std::move(line));
   return lines;
+}
+
+TopAxes FindTopAxes(const std::vector<Rigid3>& world_from_cams,
+                    const std::optional<Eigen::Vector3d>& up) {
+  TopAxes axes;
+  Eigen::Vector3d mean_up = Eigen::Vector3d::Zero();
+  for (const Rigid3& pose : world_from_cams) mean_up += pose.rotation * -Eigen::Vector3d::UnitY();
+  if (up)
+    axes.up = up->normalized();
+  else if (mean_up.norm() > 1e-6)
+    axes.up = mean_up.normalized();
+  Eigen::Vector3d right =
+      world_from_cams.empty()
+          ? Eigen::Vector3d::UnitX()
+          : Eigen::Vector3d(world_from_cams[0].rotation * Eigen::Vector3d::UnitX());
+  right -= right.dot(axes.up) * axes.up;
+  if (right.norm() < 1e-3) right = axes.up.unitOrthogonal();
+  axes.right = right.normalized();
+  axes.forward = axes.up.cross(axes.right);
+  return axes;
 }
 
 Eigen::Matrix3d YUpFromWorld(const Map& map) {

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "oaslam/exports/map_results.h"
-#include "oaslam/exports/svg.h"
-#include "oaslam/exports/top_view.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/geometry/ellipse.h"
+#include "oaslam/pictures/map_results.h"
+#include "oaslam/pictures/svg.h"
+#include "oaslam/pictures/top_view.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {
@@ -263,7 +263,7 @@ void SaveMapSvg(const std::string& path, const MapPlot& plot) {
   std::map<int, std::string> colors;
   for (const TopEllipse& e : objects) colors[e.category_id];
   size_t next = 0;
-  for (auto& [category, color] : colors) color = PaletteColor(next++);
+  for (auto& [category, color] : colors) color = HexOf(PaletteColor(next++));
   const double legend_height = 22.0 * static_cast<double>(colors.size() + 7);
   SvgCanvas canvas(kWidth, kTop + std::max(view.size().y(), legend_height) + kMargin);
   canvas.Text({kMargin, 34}, plot.title.empty() ? "Map from above" : plot.title, 20, "start",

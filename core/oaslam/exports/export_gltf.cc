@@ -5,7 +5,6 @@
 #include "oaslam/exports/gltf_buffer.h"
 #include "oaslam/exports/map_export.h"
 #include "oaslam/exports/map_scene.h"
-#include "oaslam/exports/top_view.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/util/srgb.h"
 

@@ -1,4 +1,4 @@
-#include "oaslam/exports/top_view.h"
+#include "oaslam/pictures/top_view.h"
 
 #include <fmt/format.h>
 
@@ -6,26 +6,6 @@
 #include <cmath>
 
 namespace oaslam {
-
-TopAxes FindTopAxes(const std::vector<Rigid3>& world_from_cams,
-                    const std::optional<Eigen::Vector3d>& up) {
-  TopAxes axes;
-  Eigen::Vector3d mean_up = Eigen::Vector3d::Zero();
-  for (const Rigid3& pose : world_from_cams) mean_up += pose.rotation * -Eigen::Vector3d::UnitY();
-  if (up)
-    axes.up = up->normalized();
-  else if (mean_up.norm() > 1e-6)
-    axes.up = mean_up.normalized();
-  Eigen::Vector3d right =
-      world_from_cams.empty()
-          ? Eigen::Vector3d::UnitX()
-          : Eigen::Vector3d(world_from_cams[0].rotation * Eigen::Vector3d::UnitX());
-  right -= right.dot(axes.up) * axes.up;
-  if (right.norm() < 1e-3) right = axes.up.unitOrthogonal();
-  axes.right = right.normalized();
-  axes.forward = axes.up.cross(axes.right);
-  return axes;
-}
 
 void Extent::Add(const Extent& other) {
   if (other.IsEmpty()) return;
@@ -88,23 +68,6 @@ void PlaneView::DrawScaleBar(SvgCanvas& canvas, double step, const std::string& 
                   R"(stroke="#333" stroke-width="1.5")");
   canvas.Text(left - Eigen::Vector2d(0, 9),
               fmt::format("{:g}{}{}", step, unit.empty() ? "" : " ", unit), 12);
-}
-
-std::vector<std::vector<StampedPose>> SplitAtGaps(const std::vector<StampedPose>& poses) {
-  if (poses.empty()) return {};
-  std::vector<double> gaps;
-  for (size_t i = 1; i < poses.size(); ++i)
-    gaps.push_back(poses[i].timestamp - poses[i - 1].timestamp);
-  std::ranges::sort(gaps);
-  // Ten usual intervals, and half a second at least: less is missing images.
-  const double longest = gaps.empty() ? 0 : std::max(10 * gaps[gaps.size() / 2], 0.5);
-  std::vector<std::vector<StampedPose>> lines(1);
-  for (size_t i = 0; i < poses.size(); ++i) {
-    const double gap = i > 0 ? poses[i].timestamp - poses[i - 1].timestamp : 0;
-    if (gap > longest || gap < 0) lines.emplace_back();
-    lines.back().push_back(poses[i]);
-  }
-  return lines;
 }
 
 std::vector<Points2> TopLines(const std::vector<StampedPose>& poses, const TopAxes& axes) {

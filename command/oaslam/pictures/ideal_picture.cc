@@ -1,4 +1,4 @@
-#include "oaslam/exports/ideal_picture.h"
+#include "oaslam/pictures/ideal_picture.h"
 
 #include <algorithm>
 #include <cmath>

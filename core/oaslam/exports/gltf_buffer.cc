@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "oaslam/crypto/base64.h"
+#include "oaslam/formats/base64.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/util/check.h"

@@ -3,6 +3,7 @@
 #include <map>
 #include <string>
 
+#include "oaslam/export_map.h"
 #include "oaslam/exports/map_scene.h"
 #include "oaslam/image_source.h"
 #include "oaslam/storage/map_file.h"
@@ -11,6 +12,10 @@ namespace oaslam {
 
 // Exports to files of other tools (docs/export.md has an example of each, with its frame of
 // reference and pixel coordinates). Each throws InputError when its file cannot be written.
+
+// As ExportMap of export_map.h. `range`: which images of the sources belong to the map.
+void ExportMap(const SavedMap& saved, MapFormat format, const std::string& path,
+               const ExportOptions& options, const ImageSourceOptions& range);
 
 // Landmarks as coloured points; with `ellipsoids`, the mapped objects as triangles too. Frame of
 // the map.
@@ -23,7 +28,7 @@ void ExportGltf(const std::string& path, const SavedMap& saved);
 // Final poses of all frames; of the keyframes where the map has no trajectory. The times of several
 // recordings must not overlap.
 void ExportTum(const std::string& path, const SavedMap& saved);
-// The same as a file for each recording (FileNameOf, .txt).
+// Writes the same poses, one file for each recording (FileNameOf, .txt).
 void ExportTumFiles(const std::string& folder, const SavedMap& saved);
 
 // The image of a keyframe.
@@ -33,8 +38,9 @@ struct KeyframeImage {
 };
 using KeyframeImages = std::map<KeyframeId, KeyframeImage>;
 
-// Names for images that are not given: by time stamp, such as 1341847980.722988.png, in images/ of
-// the exported folder. Of several recordings each has a folder there (FileNameOf).
+// Makes names for the keyframe images where no images are given: time stamps, such as
+// 1341847980.722988.png, in images/ of the exported folder. Where there are several recordings,
+// each has a folder there (FileNameOf).
 KeyframeImages ImagesByTime(const SavedMap& saved);
 // Finds the images of each recording's source (OpenImages) whose time stamps are those of its
 // keyframes. Images of a video, and rotated ones, are written to images/ of `folder`; of several

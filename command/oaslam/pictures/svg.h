@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "oaslam/exports/map_scene.h"
+
 namespace oaslam {
 
 using Points2 = std::vector<Eigen::Vector2d>;
@@ -46,7 +48,7 @@ double TextWidth(std::string_view text, double size_px);
 // The largest of 1, 2, 5 times a power of ten that is at most `value` (above 0).
 double RoundStep(double value);
 
-// A palette of colours that are easy to distinguish; it repeats.
-std::string PaletteColor(size_t index);
+// "#2a9d8f", as attributes of SVG want it.
+std::string HexOf(const Rgb& color);
 
 }  // namespace oaslam

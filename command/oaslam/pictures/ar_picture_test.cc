@@ -1,4 +1,4 @@
-#include "oaslam/exports/ar_picture.h"
+#include "oaslam/pictures/ar_picture.h"
 
 #include <gtest/gtest.h>
 

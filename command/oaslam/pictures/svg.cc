@@ -1,4 +1,4 @@
-#include "oaslam/exports/svg.h"
+#include "oaslam/pictures/svg.h"
 
 #include <fmt/format.h>
 
@@ -120,11 +120,8 @@ double RoundStep(double value) {
   return power;
 }
 
-std::string PaletteColor(size_t index) {
-  static constexpr std::array kColors = {"#d1495b", "#2a9d8f", "#e08e1b", "#6a4c93",
-                                         "#3a7d44", "#c2529b", "#1b7fa8", "#8c5a2b",
-                                         "#7a8b12", "#b03a2e", "#4b6cb7", "#5f5f5f"};
-  return kColors[index % kColors.size()];
+std::string HexOf(const Rgb& color) {
+  return fmt::format("#{:02x}{:02x}{:02x}", color[0], color[1], color[2]);
 }
 
 }  // namespace oaslam

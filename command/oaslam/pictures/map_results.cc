@@ -1,4 +1,4 @@
-#include "oaslam/exports/map_results.h"
+#include "oaslam/pictures/map_results.h"
 
 #include <fmt/format.h>
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,9 @@ using Rgb = std::array<unsigned char, 3>;
 constexpr Rgb kLandmarkColor = {150, 154, 160}, kTrajectoryColor = {27, 127, 168},
               kKeyframeColor = {224, 142, 27};
 
+// A palette of colours that are easy to distinguish; it repeats.
+Rgb PaletteColor(size_t index);
+
 struct ExportedObject {
   ObjectId id;
   const Object* object = nullptr;
@@ -29,8 +33,26 @@ std::vector<ExportedObject> ExportedObjects(const SavedMap& saved);
 // Final poses of the frames of each recording, by time; those of the keyframes where it has no
 // trajectory.
 std::vector<std::vector<StampedPose>> FinalTrajectories(const SavedMap& saved);
-// The same as lines without gaps.
+// Splits a trajectory at gaps in time and where time goes back (the next run).
+std::vector<std::vector<StampedPose>> SplitAtGaps(const std::vector<StampedPose>& poses);
+// The final trajectories, split likewise.
 std::vector<std::vector<StampedPose>> TrajectoryLines(const SavedMap& saved);
+
+// The axes of a view of the ground plane from above: `right` and `forward` span the plane, `up`
+// points at the viewer.
+struct TopAxes {
+  Eigen::Vector3d right = Eigen::Vector3d::UnitX(), forward = Eigen::Vector3d::UnitZ(),
+                  up = -Eigen::Vector3d::UnitY();
+
+  Eigen::Vector2d operator()(const Eigen::Vector3d& x) const {
+    return {right.dot(x), forward.dot(x)};
+  }
+};
+
+// `up` if given, else the mean up of the cameras; the first camera looks
+// towards the top of the page.
+TopAxes FindTopAxes(const std::vector<Rigid3>& world_from_cams,
+                    const std::optional<Eigen::Vector3d>& up);
 
 // Rotations from the map's frame to one with y or z up.
 Eigen::Matrix3d YUpFromWorld(const Map& map);

@@ -1,28 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <vector>
 
-#include "oaslam/exports/svg.h"
-#include "oaslam/trajectory_file.h"
+#include "oaslam/exports/map_scene.h"
+#include "oaslam/pictures/svg.h"
 
 namespace oaslam {
-
-// The ground plane seen from above: `right` and `forward` span it, `up` looks at the reader.
-struct TopAxes {
-  Eigen::Vector3d right = Eigen::Vector3d::UnitX(), forward = Eigen::Vector3d::UnitZ(),
-                  up = -Eigen::Vector3d::UnitY();
-
-  Eigen::Vector2d operator()(const Eigen::Vector3d& x) const {
-    return {right.dot(x), forward.dot(x)};
-  }
-};
-
-// `up` if given, else the mean up of the cameras; the first camera looks
-// towards the top of the page.
-TopAxes FindTopAxes(const std::vector<Rigid3>& world_from_cams,
-                    const std::optional<Eigen::Vector3d>& up);
 
 struct Extent {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300), high = Eigen::Vector2d::Constant(-1e300);
@@ -59,8 +43,6 @@ class PlaneView {
   double scale_;
 };
 
-// Splits a trajectory at gaps in time and where time goes back (the next run).
-std::vector<std::vector<StampedPose>> SplitAtGaps(const std::vector<StampedPose>& poses);
 // The positions seen from above, split likewise.
 std::vector<Points2> TopLines(const std::vector<StampedPose>& poses, const TopAxes& axes);
 

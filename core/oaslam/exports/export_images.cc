@@ -87,8 +87,7 @@ KeyframeImages FindListed(const std::vector<KeyframeTime>& times,
     if (!id) continue;
     const fs::path path = absolute(image.path);
     const std::string name = path.lexically_relative(root).generic_string();
-    if (name.empty() || name == ".")
-      throw BadInput("--images {}: {} is no image", source, image.path);
+    if (name.empty() || name == ".") throw BadInput("{}: {} is no image", source, image.path);
     images[*id] = {in_images + name,
                    fs::weakly_canonical(path).lexically_relative(real_folder).generic_string()};
   }
@@ -175,7 +174,7 @@ KeyframeImages FindImages(const std::vector<KeyframeTime>& times, const std::str
   for (size_t i = 1; i < times.size(); ++i)
     if (times[i].timestamp - times[i - 1].timestamp < kSameTime_s)
       throw BadInput(
-          "--images {}: keyframes {} and {} of the map are both of time {:.3f} s, from "
+          "{}: keyframes {} and {} of the map are both of time {:.3f} s, from "
           "two runs: their images cannot be told apart",
           source, times[i - 1].id.value, times[i].id.value, times[i].timestamp);
   KeyframeImages images;
@@ -185,12 +184,12 @@ KeyframeImages FindImages(const std::vector<KeyframeTime>& times, const std::str
   if (const auto listed = ListImages(source, options); listed && are_files_right)
     images = FindListed(times, *listed, source, folder, in_images);
   else if (IsCamera(source))
-    throw BadInput("--images {}: a camera does not keep its images", source);
+    throw BadInput("{}: a camera does not keep its images", source);
   else
     images = ExtractFrames(times, *OpenImages(source, options), folder, in_images);
   if (images.empty())
     throw BadInput(
-        "--images {}: no image is of the time of a keyframe ({:.3f} s to {:.3f} s); "
+        "{}: no image is of the time of a keyframe ({:.3f} s to {:.3f} s); "
         "did the run use another --fps?",
         source, times.front().timestamp, times.back().timestamp);
   if (images.size() < times.size())
