@@ -98,7 +98,7 @@ constexpr double kStart = 0.4;  // the place of the measurements, as a share of 
 void TrackAnImage(benchmark::State& state) {
   const Building& building = BuildingOf(state);
   const Map& map = building.map();
-  Tracker tracker(SlamConfig{}, true);
+  Tracker tracker(SlamConfig::Offline(), true);
   NextIds ids = NextIdsOf(map);
   const TrackingContext context{
       .use = MapUse::kRead, .next_keyframe = &ids.keyframe, .next_object = &ids.object};
@@ -124,7 +124,7 @@ void TrackAnImage(benchmark::State& state) {
 // keyframe.
 void MapAKeyframe(benchmark::State& state) {
   const Building& building = BuildingOf(state);
-  SlamConfig config;
+  SlamConfig config = SlamConfig::Offline();
   Map map = building.map();
   Rng rng(6);
   ObjectTracks tracks = ObjectTracks::ContinueFrom(map);
@@ -165,7 +165,7 @@ void MapAKeyframe(benchmark::State& state) {
 
 void Relocalize(benchmark::State& state, RelocalizationMode mode, bool with_gravity) {
   const Building& building = BuildingOf(state);
-  Relocalizer relocalizer{SlamConfig{}};
+  Relocalizer relocalizer{SlamConfig::Offline()};
   Rng rng(7);
   Median median;
   int found = 0, asked = 0;
@@ -281,7 +281,7 @@ void OpenToTheFirstPose(benchmark::State& state) {
     const double loaded = AllocatedBytes();
     state.counters["memory"] = loaded - before;
     load.Add(load_ms);
-    Relocalizer relocalizer{SlamConfig{}};
+    Relocalizer relocalizer{SlamConfig::Offline()};
     first.Add(load_ms + WallTimed([&] {
                 is_found =
                     relocalizer

@@ -54,7 +54,8 @@ std::pair<std::string, std::string> SplitValue(const std::string& text, char sep
                                                const std::string& whole, const char* form);
 
 // --config, then --set, then validation; all problems in one InputError. `config`: the defaults.
-SlamConfig LoadConfiguration(const CommonOptions& options, SlamConfig config = {});
+SlamConfig LoadConfiguration(const CommonOptions& options,
+                             SlamConfig config = SlamConfig::Offline());
 // The classes of --classes, else those of COCO.
 Classes LoadClasses(const CommonOptions& options);
 ImageSourceOptions FrameRange(const CommonOptions& options);

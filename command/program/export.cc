@@ -1,5 +1,6 @@
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 
@@ -12,7 +13,7 @@
 namespace oaslam::apps {
 namespace {
 
-struct ExportOptions {
+struct ExportArguments {
   CommonOptions common;
   std::string map, format, out, recording;
   std::vector<std::string> images;
@@ -20,27 +21,26 @@ struct ExportOptions {
   int submap = 0;
 };
 
+constexpr MapFormat kFormats[] = {MapFormat::kPly, MapFormat::kGltf, MapFormat::kColmap,
+                                  MapFormat::kNerfstudio, MapFormat::kTum};
+
+MapFormat FormatOf(const ExportArguments& options) {
+  return *std::ranges::find_if(
+      kFormats, [&](MapFormat format) { return ToString(format) == options.format; });
+}
+
 bool IsFolderFormat(const std::string& format) {
   return format == "colmap" || format == "nerfstudio";
 }
 
-// Readers recognise a format by the extension.
-void CheckExtension(const ExportOptions& options) {
-  const std::string extension = std::filesystem::path(options.out).extension().string();
-  if (options.format == "gltf" && extension != ".gltf" && extension != ".glb")
-    throw InputError(options.out + ": --format gltf asks for a file .gltf (text) or .glb (binary)");
-  if (options.format == "ply" && extension != ".ply")
-    throw InputError(options.out + ": --format ply asks for a file .ply");
-}
-
 // Whether each recording gets a file of its own.
-bool IsFolderOfFiles(const ExportOptions& options, const SavedMap& saved) {
+bool IsFolderOfFiles(const ExportArguments& options, const SavedMap& saved) {
   return options.format == "tum" && saved.recordings.size() > 1 &&
          (std::filesystem::is_directory(options.out) ||
           !std::filesystem::path(options.out).has_extension());
 }
 
-OutputFolder Check(const ExportOptions& options, const SavedMap& saved) {
+OutputFolder Check(const ExportArguments& options, const SavedMap& saved) {
   if (!options.images.empty() && !IsFolderFormat(options.format))
     throw InputError("--images is for --format colmap and nerfstudio");
   if (options.ellipsoids && options.format != "ply")
@@ -50,29 +50,20 @@ OutputFolder Check(const ExportOptions& options, const SavedMap& saved) {
   return FolderOfOutputFile(options.out);
 }
 
-void Export(const ExportOptions& options) {
+void Export(const ExportArguments& options) {
   SavedMap saved = LoadSubmap(options.map, options.submap);
   if (saved.map.keyframes.empty()) throw InputError(options.map + ": the map is empty");
   if (const auto chosen = ChosenRecording(options.recording, options.images, saved.recordings))
     saved = OfRecording(saved, *chosen);
   const OutputFolder folder = Check(options, saved);
-  CheckExtension(options);
-  if (IsFolderFormat(options.format)) {
-    ImageSourceOptions range = FrameRange(options.common);
-    range.color = true;
-    const KeyframeImages images =
-        options.images.empty()
-            ? ImagesByTime(saved)
-            : FindImages(saved, SourcesOf(options.images, saved.recordings), range, options.out);
-    if (options.format == "colmap") ExportColmap(options.out, saved, images);
-    if (options.format == "nerfstudio") ExportNerfstudio(options.out, saved, images);
-  }
-  if (options.format == "ply") ExportPly(options.out, saved, options.ellipsoids);
-  if (options.format == "gltf") ExportGltf(options.out, saved);
-  if (options.format == "tum" && IsFolderOfFiles(options, saved))
+  if (IsFolderOfFiles(options, saved))
     ExportTumFiles(options.out, saved);
-  else if (options.format == "tum")
-    ExportTum(options.out, saved);
+  else
+    ExportMap(
+        saved, FormatOf(options), options.out,
+        {options.ellipsoids, options.images.empty() ? std::vector<std::string>()
+                                                    : SourcesOf(options.images, saved.recordings)},
+        FrameRange(options.common));
   spdlog::info("{} -> {}", options.map, options.out);
 }
 
@@ -80,7 +71,7 @@ void Export(const ExportOptions& options) {
 
 void AddExportCommand(CLI::App& app) {
   auto* command = app.add_subcommand("export", "Write a map for other tools");
-  const auto options = std::make_shared<ExportOptions>();
+  const auto options = std::make_shared<ExportArguments>();
   command->add_option("--map", options->map, "map file")->required();
   AddSubmapOption(*command, options->submap);
   command->add_option("--format", options->format, "ply, gltf, colmap, nerfstudio or tum")

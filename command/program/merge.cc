@@ -25,7 +25,6 @@ void Merge(const MergeOptions& options) {
       MergeMaps(first, second, RelocalizationModeOf(options.relocalization), config);
   if (!merging.merged)
     throw BadInput("{} and {} are not merged: {}", options.first, options.second, merging.evidence);
-  if (merging.merged->map.unit_by_objects) Apply(ChangeByObjects(*merging.merged), *merging.merged);
   SaveMap(options.out, *merging.merged);
   if (options.common.quiet) return;
   const Map& map = merging.merged->map;

@@ -60,6 +60,14 @@ Eigen::Vector3d PositionAt(const std::vector<StampedPose>& trajectory, double ti
   return nearest->world_from_cam.translation;
 }
 
+// By the usual sizes of the objects.
+UnitChange ChangeByObjects(const SavedMap& saved) {
+  const ScaleEstimate estimate = EstimateScale(saved.map, saved.class_names);
+  if (!estimate.success) return {{}, {}, estimate.why_not};
+  return {estimate.metres_per_unit,
+          UnitByObjects{estimate.relative_sigma, estimate.objects, estimate.classes}};
+}
+
 }  // namespace
 
 void AddScaleOptions(CLI::App& app, ScaleSettings& settings) {
@@ -160,20 +168,9 @@ void MetricScale::WarnOfContradiction(const SavedMap& saved,
     spdlog::warn("{}: {}", of, contradiction);
 }
 
-UnitChange ChangeByObjects(const SavedMap& saved) {
-  const ScaleEstimate estimate = EstimateScale(saved.map, saved.class_names);
-  if (!estimate.success) return {{}, {}, estimate.why_not};
-  return {estimate.metres_per_unit,
-          UnitByObjects{estimate.relative_sigma, estimate.objects, estimate.classes}};
-}
-
 void Apply(const UnitChange& change, SavedMap& saved) {
-  if (!change.metres_per_unit) return;
-  saved.map.Scale(*change.metres_per_unit);
-  saved.map.is_metric = true;
-  saved.map.unit_by_objects = change.by_objects;
-  for (FramePose& pose : saved.trajectory)
-    pose.cam_from_reference.translation *= *change.metres_per_unit;
+  if (change.metres_per_unit)
+    ScaleToMetres(*change.metres_per_unit, change.by_objects, saved.map, saved.trajectory);
 }
 
 std::string DescribeUnit(const Map& map) {

@@ -51,8 +51,6 @@ class MetricScale {
   std::vector<StampedPose> groundtruth_;
 };
 
-// By the usual sizes of the objects.
-UnitChange ChangeByObjects(const SavedMap& saved);
 // Gives the map, without its submaps, its new unit.
 void Apply(const UnitChange& change, SavedMap& saved);
 // The unit of a map for a person: "arbitrary", "metre", "metres, 1.00 +- 0.06 (by 11 objects)".

@@ -5,7 +5,8 @@
 
 #include "commands.h"
 #include "common.h"
-#include "oaslam/objects/object_merging.h"
+#include "oaslam/error.h"
+#include "oaslam/objects/object_edit.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/util/bad_input.h"
 
@@ -18,32 +19,33 @@ struct ObjectsOptions {
   std::vector<std::string> rename, erase, merge;
 };
 
-ObjectId ParseId(const std::string& text, const Map& map, const std::string& option) {
+ObjectId ParseId(const std::string& text, const std::string& option) {
   uint32_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size())
-    throw BadInput("{}: \"{}\" is not the id of an object", option, text);
-  const Object* object = map.objects.Find(ObjectId(value));
-  if (!object || object->state != ObjectState::kMapped)
-    throw BadInput("{}: the map has no object {}; oaslam objects MAP lists them", option, value);
+    throw BadInput("{}: \"{}\" is not the id of an object; oaslam objects MAP lists them", option,
+                   text);
   return ObjectId(value);
 }
 
 void Edit(const ObjectsOptions& options, const ObjectsConfig& config, Map& map) {
+  const auto edit = [&](const std::string& option, const std::string& id,
+                        const ObjectEdit& change) {
+    try {
+      EditObject(map, ParseId(id, option), change, config);
+    } catch (const InputError& error) {
+      throw BadInput("{}: {}", option, error.what());
+    }
+  };
   for (const std::string& text : options.rename) {
     const auto [id, name] = SplitValue(text, '=', text, "--rename ID=NAME");
-    map.objects.MutableAt(ParseId(id, map, "--rename")).name = name;
+    edit("--rename " + text, id, {.name = name});
   }
   for (const std::string& text : options.merge) {
     const auto [first, second] = SplitValue(text, ',', text, "--merge ID,ID");
-    const ObjectId a = ParseId(first, map, "--merge"), b = ParseId(second, map, "--merge");
-    if (a == b) throw BadInput("--merge {}: both ids are of one object", text);
-    if (!MergeObjects(map, a, b, config))
-      throw BadInput(
-          "--merge {}: the objects are of two classes, or no ellipsoid explains the boxes of both",
-          text);
+    edit("--merge " + text, first, {.same_as = ParseId(second, "--merge " + text)});
   }
-  for (const std::string& text : options.erase) map.objects.Erase(ParseId(text, map, "--delete"));
+  for (const std::string& text : options.erase) edit("--delete " + text, text, {.remove = true});
 }
 
 void Print(const SavedMap& saved) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 #include <future>
+#include <limits>
 #include <memory>
 #include <utility>
 
@@ -21,6 +22,7 @@
 #include "metric_scale.h"
 #include "oaslam/bundle/rolling_shutter.h"
 #include "oaslam/images/camera_source.h"
+#include "oaslam/images/playback_clock.h"
 #include "oaslam/objects/object_mapper.h"
 #include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/slam.h"
@@ -56,41 +58,19 @@ SlamConfig Configure(const RunOptions& options) {
   CommonOptions common = options.common;
   if (!options.mode.empty()) common.set.push_back("runner.mode=" + options.mode);
   if (options.seed) common.set.push_back(fmt::format("runner.seed={}", *options.seed));
-  SlamConfig defaults;
+  SlamConfig defaults = SlamConfig::Offline();
   if (options.plain.IsUsed() && IsCamera(options.images)) defaults.runner.mode = RunnerMode::kLive;
   return LoadConfiguration(common, defaults);
 }
 
-// Delays images to the rate of their time stamps, and tells which came too late.
-class LivePace {
- public:
-  // Returns false where the next image is due already and this one should be dropped.
-  bool Wait(double timestamp) {
-    if (!start_s_) {
-      start_s_ = Seconds() - timestamp;
-      return true;
-    }
-    const double ahead_s = *start_s_ + timestamp - Seconds();
-    const double interval_s = timestamp - last_;
-    last_ = timestamp;
-    if (ahead_s < -interval_s) return false;
-    const double left_s = std::min(ahead_s, kLongestWait_s);
-    *start_s_ -= std::max(ahead_s, 0.0) - std::max(left_s, 0.0);
-    SleepUnlessInterrupted(left_s);
-    return true;
-  }
-  // To be called after the run was paused.
-  void Delay(double seconds) {
-    if (start_s_) *start_s_ += seconds;
-  }
-
- private:
-  // A longer gap in a recording shows nothing.
-  static constexpr double kLongestWait_s = 2;
-
-  std::optional<double> start_s_;
-  double last_ = 0;
-};
+// Whether an image of a recording that is played as a camera would give it comes too late: the next
+// one is due already. Else waits until the image is due.
+bool IsLate(PlaybackClock& playback, double timestamp, double interval_s) {
+  const double now = Seconds(), due = playback.Due(timestamp, now);
+  if (due - now < -interval_s) return true;
+  SleepUnlessInterrupted(due - now);
+  return false;
+}
 
 void AddLateDetections(FrameInputs& inputs, Slam& slam, RunResults& results) {
   for (const BackgroundDetector::Result& found : inputs.TakeLate())
@@ -263,13 +243,15 @@ struct ImageCounts {
 void ProcessImages(FrameInputs& inputs, Slam& slam, bool drops_late,
                    const std::function<void()>& reset, Sinks& sinks, ProgressBar& progress,
                    ImageCounts& counts) {
-  LivePace pace;
+  PlaybackClock playback;
+  double last = std::numeric_limits<double>::lowest();
   while (!Interrupted()) {
-    pace.Delay(sinks.view.Obey(slam, reset));
+    playback.Delay(sinks.view.Obey(slam, reset));
     if (Interrupted()) break;
     const std::optional<FrameInput> frame = inputs.Next();
     if (!frame) break;
-    if (drops_late && !pace.Wait(frame->input.timestamp)) {
+    const double timestamp = frame->input.timestamp;
+    if (drops_late && IsLate(playback, timestamp, timestamp - std::exchange(last, timestamp))) {
       ++counts.dropped;
       inputs.KeepSamples(*frame);
       continue;

@@ -1,5 +1,6 @@
 /* The interface for C: c_interface_test CAMERA FOLDER < FILM, whose images of 640x480 grey bytes
- * follow each other. Maps them, places an anchor, saves the map, loads it, and finds an image. */
+ * follow each other. Maps them, places an anchor, saves the map, loads it, finds an image, and calls
+ * every other function once. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -156,6 +157,105 @@ static void place_anchor(oaslam_slam* slam, const oaslam_pose* pose) {
   CHECK(oaslam_slam_edit_anchor(slam, name, &edit) == OASLAM_REFUSED);
 }
 
+/* What a Slam tells besides poses, and what it is told besides images. */
+static void ask_and_tell(oaslam_slam* slam, const oaslam_result* result) {
+  static uint8_t mask[WIDTH * HEIGHT];
+  const oaslam_class_name names[] = {{41, "my mug"}};
+  oaslam_stamped_pose poses[4];
+  oaslam_event events[64];
+  oaslam_object_edit edit;
+  oaslam_detection box = {41, 0.9, 10, 10, 50, 60};
+  int32_t objects = 7;
+  size_t count = 0, all = 0;
+  memset(&edit, 0, sizeof edit);
+  memset(mask, 255, sizeof mask);
+  CHECK(oaslam_slam_trajectory(slam, NULL, 0, &all) == OASLAM_OK && all > 50);
+  CHECK(oaslam_slam_trajectory(slam, poses, 4, &count) == OASLAM_OK && count == 4);
+  CHECK(poses[0].timestamp < poses[3].timestamp);
+  CHECK(oaslam_slam_events(slam, 0, events, 64, &count) == OASLAM_OK && count > 0);
+  CHECK(events[0].number == 1 && events[0].kind == OASLAM_STATE_CHANGED);
+  CHECK(events[count - 1].state == OASLAM_TRACKING && events[count - 1].world == result->world);
+  CHECK(oaslam_slam_events(slam, events[count - 1].number, events, 64, &count) == OASLAM_OK);
+  CHECK(count == 0);
+  CHECK(oaslam_slam_edit_object(slam, 5, &edit) == OASLAM_INPUT_ERROR);
+  CHECK(strstr(oaslam_error(), "no object 5"));
+  CHECK(oaslam_slam_add_detections(slam, result->frame, &box, 1, &objects) == OASLAM_OK);
+  CHECK(objects < 1);
+  CHECK(oaslam_slam_add_detections(slam, result->frame, NULL, 1, NULL) == OASLAM_INPUT_ERROR);
+  CHECK(oaslam_slam_set_class_names(slam, names, 1) == OASLAM_OK);
+  CHECK(oaslam_slam_set_relocalization_mode(slam, OASLAM_USE_POINTS) == OASLAM_OK);
+  CHECK(oaslam_slam_set_mask(slam, mask, WIDTH, HEIGHT, WIDTH) == OASLAM_OK);
+  CHECK(oaslam_slam_set_mask(slam, mask, WIDTH, HEIGHT / 2, WIDTH) == OASLAM_INPUT_ERROR);
+  CHECK(oaslam_slam_set_mask(slam, NULL, 0, 0, 0) == OASLAM_OK);
+}
+
+/* An image whose motion, gyroscope and key points another program has found. */
+static void give_measurements(const oaslam_camera* camera) {
+  const oaslam_angular_velocity turn[2] = {{0.01, {0, 0.1, 0}}, {0.02, {0, 0.1, 0}}};
+  const oaslam_point_depth depths[1] = {{{100, 80}, 0.5}};
+  oaslam_feature features[2];
+  oaslam_features found;
+  oaslam_motion motion;
+  oaslam_slam* slam = NULL;
+  oaslam_result result;
+  oaslam_image image = image_at(0.02);
+  memset(&motion, 0, sizeof motion);
+  memset(features, 0, sizeof features);
+  memset(&found, 0, sizeof found);
+  features[0].pixel[0] = features[1].pixel[1] = 30;
+  found.features = features;
+  found.count = 2;
+  motion.is_known = 1;
+  motion.image = 1;
+  motion.odom_from_cam.rotation[3] = 1;
+  motion.depths = depths;
+  motion.depth_count = 1;
+  image.pixels = NULL;
+  image.motion = &motion;
+  image.features = &found;
+  image.angular_velocity = turn;
+  image.angular_velocity_count = 2;
+  CHECK(oaslam_slam_create(OASLAM_LIVE, NULL, camera, &slam) == OASLAM_OK);
+  CHECK(oaslam_slam_process(slam, &image, &result) == OASLAM_OK);
+  CHECK(result.frame == 0 && result.state != OASLAM_TRACKING);
+  image.timestamp = 0.04;
+  motion.odom_from_cam.rotation[3] = 0;
+  CHECK(oaslam_slam_process(slam, &image, &result) == OASLAM_INPUT_ERROR);
+  motion.odom_from_cam.rotation[3] = 1;
+  motion.image = 2;
+  found.levels = 99;
+  CHECK(oaslam_slam_process(slam, &image, &result) == OASLAM_INPUT_ERROR);
+  oaslam_slam_destroy(slam);
+}
+
+/* A map as data goes to a file of another tool, into another map, and into a Slam. */
+static void use_map(const char* path, const char* folder, const oaslam_camera* camera) {
+  oaslam_map *map = NULL, *both = NULL;
+  oaslam_slam* slam = NULL;
+  oaslam_object_edit edit;
+  char file[4096];
+  size_t keyframes = 0, of_both = 0;
+  memset(&edit, 0, sizeof edit);
+  CHECK(oaslam_map_load(path, &map) == OASLAM_OK);
+  CHECK(oaslam_map_merge(map, map, &both) == OASLAM_OK);
+  CHECK(oaslam_map_keyframes(map, &keyframes) && oaslam_map_keyframes(both, &of_both));
+  CHECK(of_both > keyframes);
+  CHECK(oaslam_map_edit_object(map, 3, &edit, &both) == OASLAM_INPUT_ERROR);
+  oaslam_map_destroy(both);
+  snprintf(file, sizeof file, "%s/c.ply", folder);
+  CHECK(oaslam_map_export(map, OASLAM_PLY, file) == OASLAM_OK);
+  CHECK(remove(file) == 0);
+  CHECK(oaslam_map_export(map, OASLAM_GLTF, file) == OASLAM_INPUT_ERROR);
+  CHECK(oaslam_slam_create(OASLAM_LIVE, NULL, camera, &slam) == OASLAM_OK);
+  CHECK(oaslam_slam_load_map(slam, map) == OASLAM_OK);
+  CHECK(oaslam_slam_force_relocalization(slam, NULL) == OASLAM_OK);
+  CHECK(oaslam_slam_whole_map(slam, &both) == OASLAM_OK);
+  CHECK(oaslam_map_keyframes(both, &of_both) && of_both == keyframes);
+  oaslam_map_destroy(both);
+  oaslam_slam_destroy(slam);
+  oaslam_map_destroy(map);
+}
+
 static void check_map(const oaslam_map* map, const oaslam_pose* pose) {
   oaslam_scale_estimate scale;
   size_t anchors = 0, landmarks = 0, keyframes = 0;
@@ -227,6 +327,7 @@ int main(int argc, char** argv) {
   CHECK((result.source == OASLAM_FROM_MAP) == (result.inliers > 0));
   CHECK(result.covariance[0] > 0 && !oaslam_pose_in(&result, result.world + 1, &pose));
   CHECK(oaslam_slam_finish(slam) == OASLAM_OK);
+  ask_and_tell(slam, &result);
   cast_rays(slam, &camera);
   place_anchor(slam, &last);
   CHECK(oaslam_slam_map(slam, &map) == OASLAM_OK && oaslam_map_world(map) == result.world);
@@ -238,6 +339,8 @@ int main(int argc, char** argv) {
   oaslam_slam_destroy(slam);
   find_image(path, &camera, &last);
   through_bytes(path);
+  use_map(path, argv[2], &camera);
+  give_measurements(&camera);
   remove(path);
   printf("%d images\n", frames);
   return 0;

@@ -41,7 +41,7 @@ class SlamWithMap : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     shared_ = new Shared;
-    Slam slam(SlamConfig{}, shared_->clip.camera);
+    Slam slam(SlamConfig::Offline(), shared_->clip.camera);
     slam.SetClassNames({{1, "mine"}});
     slam.SetClassRelations(kRelations);
     for (size_t i = 0; i < 120; ++i) slam.Process(shared_->WithDetections(i));
@@ -69,7 +69,7 @@ class SlamWithMap : public testing::Test {
     cv::flip(clip().images[i].image, input.image, 1);
     return input;
   }
-  static Slam MakeSlam() { return Slam(SlamConfig{}, clip().camera); }
+  static Slam MakeSlam() { return Slam(SlamConfig::Offline(), clip().camera); }
 
   inline static const ClassRelations kRelations{{{76, 66}}, {15}};
   inline static const RelocalizeOptions kByPoints{.mode = RelocalizationMode::kPoints};

@@ -112,7 +112,7 @@ TEST(MappingFailure, TheMapUpToThereIsKept) {
   const synthetic::World world = synthetic::MakeWorld({});
   for (const RunnerMode mode : {RunnerMode::kLockstep, RunnerMode::kLive})
     for (const int64_t allocations : {0, 1, 30, 300, 1500}) {
-      SlamConfig config;
+      SlamConfig config = SlamConfig::Offline();
       config.runner.mode = mode;
       Atlas atlas(config, EmptyMap(), false, {});
       Rng rng(7);
@@ -152,7 +152,7 @@ TEST(MappingFailure, InAChangeOfTheUnitTheUnitStays) {
   const synthetic::World world = synthetic::MakeWorld({});
   int failures = 0;
   for (const int64_t allocations : {0, 1, 10, 100}) {
-    Atlas atlas({}, EmptyMap(), false, {});
+    Atlas atlas(SlamConfig::Offline(), EmptyMap(), false, {});
     Rng rng(7);
     for (int frame = 0; frame <= kLast; ++frame) atlas.Process(View(world, frame, rng));
     const Session& session = atlas.main();
@@ -177,7 +177,7 @@ TEST(MappingFailure, InAChangeOfTheUnitTheUnitStays) {
 TEST(MappingFailure, WhatIsSubmittedLaterIsDropped) {
   for (const RunnerMode mode :
        {RunnerMode::kSequential, RunnerMode::kLockstep, RunnerMode::kLive}) {
-    SlamConfig config;
+    SlamConfig config = SlamConfig::Offline();
     config.runner.mode = mode;
     MapPipeline pipeline(config, MapOfKeyframes({5}));
     MapCommand nothing;
@@ -203,7 +203,7 @@ TEST(MappingFailure, WhatIsSubmittedLaterIsDropped) {
 
 TEST(MappingFailure, OfTheLastOptimisationLeavesTheMapAsItWas) {
   const synthetic::World world = synthetic::MakeWorld({});
-  SlamConfig config;
+  SlamConfig config = SlamConfig::Offline();
   config.runner.mode = RunnerMode::kSequential;
   MapPipeline pipeline(config, synthetic::MakeMap(world, {.position_noise = 0.02}).map);
   const auto before = pipeline.Newest();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <future>
 #include <map>
 #include <set>
@@ -399,6 +400,85 @@ TEST_F(SlamWithMap, ResetLoadAndSetMappingInAnyOrder) {
   slam.Reset();
   EXPECT_EQ(slam.Process(WithDetections(0)).state, TrackingState::kPreliminary);
   EXPECT_EQ(slam.Snapshot().Objects().size(), 0U);
+}
+
+TEST_F(SlamWithMap, ObjectsAreEditedInTheMapThatIsMade) {
+  Slam slam = MakeSlam();
+  slam.Load(Path());
+  const auto objects = slam.Snapshot().Objects().ToVector();
+  ASSERT_GE(objects.size(), 2U);
+  const ObjectId first = objects[0].id, second = objects[1].id;
+  slam.EditObject(first, {.name = "mine"});
+  EXPECT_EQ(slam.Snapshot().Find(first)->name, "mine");
+  slam.EditObject(first, {.remove = true});
+  EXPECT_FALSE(slam.Snapshot().Find(first));
+  EXPECT_INPUT_ERROR(slam.EditObject(first, {.name = "gone"}), HasSubstr("no object"));
+  EXPECT_INPUT_ERROR(slam.EditObject(second, {.same_as = second}), HasSubstr("one object"));
+  // Nothing of it is in the map as data, and the file has what was edited.
+  const MapSnapshot map = MapSnapshot::Load(Path());
+  const MapSnapshot edited = EditObject(map, second, {.name = "ours"});
+  EXPECT_NE(map.Find(second)->name, "ours");
+  EXPECT_EQ(MapSnapshot::FromBytes(edited.ToBytes()).Find(second)->name, "ours");
+  EXPECT_EQ(edited.world(), map.world());
+}
+
+TEST_F(SlamWithMap, MapsAreMergedAndExportedAsData) {
+  const MapSnapshot map = MapSnapshot::Load(Path());
+  const MergedMaps both = MergeMaps(map, map, RelocalizationMode::kPoints);
+  ASSERT_TRUE(both.map) << both.evidence;
+  EXPECT_GT(both.map->Keyframes().size(), map.Keyframes().size());
+  EXPECT_THAT(both.evidence, HasSubstr("keyframes of the second map are found"));
+  EXPECT_FALSE(MergeMaps(map, MapSnapshot()).map);
+
+  const auto exported = [&](MapFormat format, const std::string& name) {
+    ExportMap(map, format, Path(name));
+    return std::filesystem::exists(Path(name));
+  };
+  EXPECT_TRUE(exported(MapFormat::kPly, "a.ply"));
+  EXPECT_TRUE(exported(MapFormat::kGltf, "a.glb"));
+  EXPECT_TRUE(exported(MapFormat::kTum, "a.txt"));
+  EXPECT_TRUE(exported(MapFormat::kColmap, "colmap"));
+  EXPECT_TRUE(std::filesystem::exists(Path("colmap/points3D.txt")));
+  EXPECT_TRUE(exported(MapFormat::kNerfstudio, "nerf"));
+  EXPECT_INPUT_ERROR(exported(MapFormat::kPly, "a.glb"), HasSubstr("a file .ply"));
+  EXPECT_INPUT_ERROR(ExportMap(MapSnapshot(), MapFormat::kPly, Path("b.ply")), HasSubstr("empty"));
+  EXPECT_INPUT_ERROR(ExportMap(map, MapFormat::kColmap, Path("c"), {.images = {"one", "another"}}),
+                     HasSubstr("2 sources of images for a map of 1 recordings"));
+}
+
+TEST_F(SlamWithMap, EventsTellWhatHappenedBetweenTwoLooks) {
+  Slam slam = MakeSlam();
+  const SlamStates states = slam.States();
+  EXPECT_TRUE(states.EventsAfter(0).empty());
+  slam.Load(Path());
+  for (size_t i = 40; i < 60; ++i) slam.Process(WithDetections(i));
+  std::vector<SlamEvent> events = states.EventsAfter(0);
+  ASSERT_GE(events.size(), 3U);
+  EXPECT_EQ(events[0].kind, SlamEventKind::kWorld);
+  EXPECT_EQ(events[0].world, slam.Snapshot().world());
+  EXPECT_EQ(events[1].kind, SlamEventKind::kState);
+  EXPECT_EQ(events[1].state, TrackingState::kLost);
+  EXPECT_EQ(events.back().state, TrackingState::kTracking);
+  for (size_t i = 0; i < events.size(); ++i) EXPECT_EQ(events[i].number, i + 1);
+
+  const uint64_t seen = events.back().number;
+  ASSERT_TRUE(slam.PlaceAnchor({.name = "a", .model = "flag", .pose = Rigid3()}).IsDone());
+  ASSERT_TRUE(slam.EditAnchor("a", {.size = 2}).IsDone());
+  ASSERT_TRUE(slam.EditAnchor("a", {.name = "b"}).IsDone());
+  ASSERT_FALSE(slam.RemoveAnchor("a").IsDone());
+  ASSERT_TRUE(slam.RemoveAnchor("b").IsDone());
+  events = states.EventsAfter(seen);
+  using enum SlamEventKind;
+  const std::vector<std::pair<SlamEventKind, std::string>> expected = {
+      {kAnchorPlaced, "a"}, {kAnchorEdited, "a"},  {kAnchorRemoved, "a"},
+      {kAnchorPlaced, "b"}, {kAnchorRemoved, "b"},
+  };
+  ASSERT_EQ(events.size(), expected.size());
+  for (size_t i = 0; i < events.size(); ++i) {
+    EXPECT_EQ(std::pair(events[i].kind, events[i].anchor), expected[i]) << i;
+    EXPECT_EQ(events[i].frame, 19);
+  }
+  EXPECT_EQ(states.EventsAfter(events.back().number).size(), 0U);
 }
 
 }  // namespace

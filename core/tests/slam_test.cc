@@ -31,7 +31,7 @@ int Follow(const Clip& clip, Slam& slam) {
 TEST(Slam, AMapIsUsedAgainWithALateDetectorAndItsAnchors) {
   const Clip clip(0, 150);
   const TempFolder folder;
-  Slam first(SlamConfig{}, clip.camera);
+  Slam first(SlamConfig::Offline(), clip.camera);
   ASSERT_GT(Follow(clip, first), 0);
   first.Finish();
   const MapSnapshot map = first.Snapshot();
@@ -58,7 +58,7 @@ TEST(Slam, AMapIsUsedAgainWithALateDetectorAndItsAnchors) {
       1e-9);
   first.Save(folder / "desk.map");
 
-  Slam second(SlamConfig{}, clip.camera);
+  Slam second(SlamConfig::Offline(), clip.camera);
   second.Load(folder / "desk.map");
   ASSERT_THAT(second.Anchors(), SizeIs(1));
   EXPECT_EQ(second.Anchors().front().name, "sign");
@@ -212,20 +212,20 @@ TEST_F(SlamWithMap, RefusesCamerasThatCannotBe) {
   const auto with = [](auto&& change) {
     Camera camera = clip().camera;
     change(camera);
-    return InputErrorOf([&] { Slam(SlamConfig{}, camera); });
+    return InputErrorOf([&] { Slam(SlamConfig::Offline(), camera); });
   };
   EXPECT_THAT(with([](Camera& c) { c.cx = std::nan(""); }), HasSubstr("principal point cx"));
   EXPECT_THAT(with([](Camera& c) { c.fx = INFINITY; }), HasSubstr("focal length fx"));
   EXPECT_THAT(with([](Camera& c) { c.distortion[0] = std::nan(""); }), HasSubstr("distortion"));
   EXPECT_THAT(with([](Camera& c) { c.width = c.height = 1; }), HasSubstr("image width"));
-  SlamConfig wrong;
+  SlamConfig wrong = SlamConfig::Offline();
   wrong.features.count = -1;
   EXPECT_INPUT_ERROR(CameraEstimator{wrong}, HasSubstr("features.count"));
   CameraEstimationOptions start{.start = clip().camera};
   start.start->fx = std::nan("");
-  EXPECT_INPUT_ERROR(CameraEstimator({}, start), HasSubstr("focal length fx"));
+  EXPECT_INPUT_ERROR(CameraEstimator(SlamConfig::Offline(), start), HasSubstr("focal length fx"));
   for (const double mm : {std::nan(""), 0.0, -26.0, 1e9})
-    EXPECT_INPUT_ERROR(CameraEstimator({}, {.focal_length_35mm = mm}),
+    EXPECT_INPUT_ERROR(CameraEstimator(SlamConfig::Offline(), {.focal_length_35mm = mm}),
                        HasSubstr("allowed: 2 to 3000 mm"));
 }
 

@@ -1,8 +1,8 @@
-// A camera that does not wait: live_camera SOURCE CAMERA PICTURE [SECONDS] SOURCE: webcam:0, or a
-// video that is played at its own speed. CAMERA: a calibration or fov:DEGREES. Tracking and
-// mapping, a detector, a display and a viewer run side by side; the display gets the newest state
-// without a lock, the viewer is a page for browsers. The last drawn image is written to PICTURE.
-// Without a detector (`oaslam models get yolox_nano` fetches one) there are no objects.
+// Tracks a live camera: live_camera SOURCE CAMERA PICTURE [SECONDS]. SOURCE: webcam:0, or a video
+// that is played at its own speed. CAMERA: a calibration or fov:DEGREES. Tracking and mapping, a
+// detector, a display and a viewer run side by side; the display gets the newest state without a
+// lock, the viewer is a page for browsers. The last drawn image is written to PICTURE. Without a
+// detector (`oaslam models get yolox_nano` fetches one) there are no objects.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>

@@ -1,5 +1,5 @@
-// Passes a video and the boxes of its own detector to the library: minimal VIDEO FOCAL_LENGTH_PX
-// [FRAMES]
+// Passes the images of a video, and boxes of a detector in this program, to the library: minimal
+// VIDEO FOCAL_LENGTH_PX [FRAMES]
 #include <cstdio>
 #include <cstdlib>
 #include <opencv2/imgproc.hpp>

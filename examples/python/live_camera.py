@@ -1,4 +1,4 @@
-"""A camera that does not wait:  live_camera.py SOURCE CAMERA PICTURE [SECONDS]
+"""Tracks a live camera:  live_camera.py SOURCE CAMERA PICTURE [SECONDS]
 
 SOURCE: webcam:0, or a video that is played at its own speed. CAMERA: a calibration or fov:DEGREES. Tracking and mapping, a detector, a display and a viewer run
 side by side; the display gets the newest state without a lock, the viewer is a page for browsers. What was drawn last is written to PICTURE.

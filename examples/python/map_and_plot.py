@@ -16,7 +16,7 @@ video, camera, folder = sys.argv[1:4]
 os.makedirs(folder, exist_ok=True)
 oaslam.set_log_sink(lambda level, message: print(message) if level == oaslam.LogLevel.WARNING else None)
 
-# %% The map. A detector (`oaslam models get yolox_nano` fetches it) looks at every third image; mapping goes on beside, with the same result every time.
+# %% The map. A detector (`oaslam models get yolox_nano` fetches it) looks at every third image; mapping runs in parallel, with the same result every time.
 detector = oaslam.Detector.load()
 slam = None
 for image in oaslam.open_images(video, color=True):

@@ -1,4 +1,4 @@
-"""Passes a video and the boxes of its own detector to the library:  minimal.py VIDEO FOCAL_LENGTH_PX [FRAMES]"""
+"""Passes the images of a video, and boxes of a detector in this file, to the library:  minimal.py VIDEO FOCAL_LENGTH_PX [FRAMES]"""
 import sys
 from typing import List
 

@@ -14,7 +14,8 @@ with open(os.path.join(SOURCE, "docs", "tour.md")) as f:
     PROGRAMS = tour.programs(f.read())
 # What they print, of which the rest is numbers.
 EXPECTED = {1: "poses, then", 2: "cup", 3: "landmarks", 4: "3 sigma", 5: "of 20", 6: "no calibration: points", 7: "there is no anchor", 8: "flag 1 at",
-            9: "motion", 10: "for old content: none\nfor new content: a pose", 11: "it was there", 12: "1500 key points"}
+            9: "motion", 10: "for old content: none\nfor new content: a pose", 11: "it was there",
+            12: "now mine\none map", 13: "1500 key points"}
 
 
 def has_module():
@@ -47,6 +48,6 @@ class TestTour(harness.InFolder):
         body = "import oaslam\n" + PROGRAMS[number - 1][1]
         assert self.run("python", sys.executable, "-c", body, env=WITH_MODULE) == self.printed[number]
 
-    def test_there_are_twelve_short_ones(self):
-        assert len(PROGRAMS) == 12 == len(EXPECTED)
+    def test_there_are_thirteen_short_ones(self):
+        assert len(PROGRAMS) == 13 == len(EXPECTED)
         assert all(len(body.splitlines()) <= 13 for pair in PROGRAMS for body in pair)

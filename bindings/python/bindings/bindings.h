@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "casters.h"
 #include "docstrings.h"
 #include "gil.h"
@@ -17,6 +19,7 @@ void AddDetections(py::module_& m);
 void AddDetectors(py::module_& m);
 void AddImages(py::module_& m);
 void AddMap(py::module_& m);
+void AddMapEditing(py::module_& m);
 void AddResults(py::module_& m);
 void AddTrajectories(py::module_& m);
 void AddCameraEstimation(py::module_& m);
@@ -27,6 +30,12 @@ void AddLog(py::module_& m);
 
 // A member and its docstring, for def_readwrite and def_readonly.
 #define OASLAM_FIELD(type, name) #name, &type::name, doc::type##_##name
+
+// Of a function that takes the members of an ObjectEdit as arguments.
+inline std::string ObjectEditDocs(const char* text) {
+  return std::string(text) + "\n\nname: " + doc::ObjectEdit_name +
+         "\nsame_as: " + doc::ObjectEdit_same_as + "\nremove: " + doc::ObjectEdit_remove;
+}
 
 // Python's name of an enumerator is that of C++ without the k, in capitals.
 template <typename Enum>

@@ -116,8 +116,9 @@ void AddCameraEstimation(py::module_& m) {
              return MakeWithoutGil<Estimator>(config,
                                               CameraEstimationOptions{start, focal_length_35mm});
            }),
-           py::arg("config") = SlamConfig{}, py::kw_only(), py::arg("start") = std::nullopt,
-           py::arg("focal_length_35mm") = std::nullopt, doc::CameraEstimator)
+           py::arg("config") = SlamConfig::Offline(), py::kw_only(),
+           py::arg("start") = std::nullopt, py::arg("focal_length_35mm") = std::nullopt,
+           doc::CameraEstimator)
       .def("add", Method(&CameraEstimator::Add), py::arg("image"), py::arg("timestamp"),
            doc::CameraEstimator_Add)
       .def("duration", Method(&CameraEstimator::Duration), doc::CameraEstimator_Duration)

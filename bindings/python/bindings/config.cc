@@ -75,7 +75,6 @@ void AddConfig(py::module_& m) {
   AddPointSections(m);
   AddObjectSections(m);
   py::class_<SlamConfig>(m, "SlamConfig", doc::SlamConfig)
-      .def(py::init(), doc::SlamConfig)
       .def_readwrite(OASLAM_FIELD(SlamConfig, features))
       .def_readwrite(OASLAM_FIELD(SlamConfig, tracking))
       .def_readwrite(OASLAM_FIELD(SlamConfig, mapping))

@@ -18,6 +18,7 @@ PYBIND11_MODULE(_oaslam, m) {
   AddTrajectories(m);
   AddMap(m);
   AddResults(m);
+  AddMapEditing(m);
   AddCameraEstimation(m);
   AddSlam(m);
   AddMapLocalizer(m);

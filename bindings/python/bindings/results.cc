@@ -132,6 +132,20 @@ void AddResults(py::module_& m) {
   py::class_<SlamState, std::shared_ptr<SlamState>>(m, "SlamState", doc::SlamState)
       .def_readonly(OASLAM_FIELD(SlamState, result))
       .def_readonly(OASLAM_FIELD(SlamState, map));
+  auto kind = py::enum_<SlamEventKind>(m, "SlamEventKind", doc::SlamEventKind)
+                  .value("STATE", SlamEventKind::kState)
+                  .value("WORLD", SlamEventKind::kWorld)
+                  .value("ANCHOR_PLACED", SlamEventKind::kAnchorPlaced)
+                  .value("ANCHOR_EDITED", SlamEventKind::kAnchorEdited)
+                  .value("ANCHOR_REMOVED", SlamEventKind::kAnchorRemoved);
+  SayAsToString(kind);
+  py::class_<SlamEvent>(m, "SlamEvent", doc::SlamEvent)
+      .def_readonly(OASLAM_FIELD(SlamEvent, number))
+      .def_readonly(OASLAM_FIELD(SlamEvent, kind))
+      .def_readonly(OASLAM_FIELD(SlamEvent, frame))
+      .def_readonly(OASLAM_FIELD(SlamEvent, state))
+      .def_readonly(OASLAM_FIELD(SlamEvent, world))
+      .def_readonly(OASLAM_FIELD(SlamEvent, anchor));
   py::class_<SlamStates>(m, "SlamStates", doc::SlamStates)
       .def(
           "newest",
@@ -141,7 +155,9 @@ void AddResults(py::module_& m) {
           doc::SlamStates_Newest)
       .def_property_readonly("has_ended", &SlamStates::HasEnded, doc::SlamStates_HasEnded)
       .def("wait_for_next", &WaitForNext, py::arg("last"), py::arg("timeout_s"),
-           doc::SlamStates_WaitForNext);
+           doc::SlamStates_WaitForNext)
+      .def("events_after", &SlamStates::EventsAfter, py::arg("number"),
+           doc::SlamStates_EventsAfter);
 }
 
 void AddTrajectories(py::module_& m) {

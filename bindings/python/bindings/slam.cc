@@ -22,7 +22,7 @@ std::string WithImageDocs(const char* text, bool in_sequence) {
     return std::string("\n") + name + ": " + comment;
   };
   return std::string(text) + "\n" + line("image", doc::ImageInput_image) +
-         (in_sequence ? line("timestamp", doc::ImageInput_timestamp) : "") +
+         line("timestamp", doc::ImageInput_timestamp) +
          line("detections", doc::ImageInput_detections) +
          (in_sequence ? line("detections_follow", doc::ImageInput_detections_follow) : "") +
          line("gravity_in_cam", doc::ImageInput_gravity_in_cam) +
@@ -39,7 +39,7 @@ TrackingResult Process(ExclusiveSlam& slam, const cv::Mat& image, double timesta
   return slam.Use([&](Slam& s) { return s.Process(input); });
 }
 
-// The arguments of relocalize: those of an image, which may be missing, and the options.
+// The arguments of relocalize: those of an image, as process has them, then the options.
 std::string WithOptionsDocs(const char* text) {
   const auto line = [](const char* name, const char* comment) {
     return std::string("\n") + name + ": " + comment;
@@ -51,11 +51,10 @@ std::string WithOptionsDocs(const char* text) {
 }
 
 template <typename Map>
-RelocalizationResult FindIn(Map& map, const std::optional<cv::Mat>& image,
-                            const OptionalCamera& camera, RelocalizationMode mode,
-                            const OptionalPose& prior, bool unknown_camera, bool follow,
-                            double timestamp, const Detections& detections,
-                            const OptionalVector& gravity_in_cam) {
+RelocalizationResult FindIn(Map& map, const std::optional<cv::Mat>& image, double timestamp,
+                            const Detections& detections, const OptionalVector& gravity_in_cam,
+                            RelocalizationMode mode, const OptionalPose& prior,
+                            const OptionalCamera& camera, bool unknown_camera, bool follow) {
   return map.Relocalize(
       {image.value_or(cv::Mat()), timestamp, detections, false, gravity_in_cam, {}},
       {mode, prior, camera, unknown_camera, follow});
@@ -64,11 +63,11 @@ RelocalizationResult FindIn(Map& map, const std::optional<cv::Mat>& image,
 template <typename Class, typename Function>
 void AddRelocalize(Class& type, Function&& function, const char* text) {
   type.def("relocalize", std::forward<Function>(function), py::arg("image") = std::nullopt,
-           py::kw_only(), py::arg("camera") = std::nullopt,
+           py::arg("timestamp") = 0, py::arg("detections") = py::tuple(), py::kw_only(),
+           py::arg("gravity_in_cam") = std::nullopt,
            py::arg("mode") = RelocalizationMode::kPointsAndObjects, py::arg("prior") = std::nullopt,
-           py::arg("unknown_camera") = false, py::arg("follow") = false, py::arg("timestamp") = 0,
-           py::arg("detections") = py::tuple(), py::arg("gravity_in_cam") = std::nullopt,
-           WithOptionsDocs(text).c_str());
+           py::arg("camera") = std::nullopt, py::arg("unknown_camera") = false,
+           py::arg("follow") = false, WithOptionsDocs(text).c_str());
 }
 
 py::array_t<TrackedPointRow> TrackedPoints(ExclusiveSlam& slam) {
@@ -162,6 +161,15 @@ void AddMapping(SlamClass& slam) {
            py::arg("size") = std::nullopt, py::arg("turn_rad") = 0, py::arg("pose") = std::nullopt,
            doc::Slam_EditAnchor)
       .def("remove_anchor", Method(&Slam::RemoveAnchor), py::arg("name"), doc::Slam_RemoveAnchor)
+      .def(
+          "edit_object",
+          [](ExclusiveSlam& self, ObjectId object, const std::optional<std::string>& name,
+             std::optional<ObjectId> same_as, bool remove) {
+            self.Use([&](Slam& s) { s.EditObject(object, {name, same_as, remove}); });
+          },
+          py::arg("object"), py::kw_only(), py::arg("name") = std::nullopt,
+          py::arg("same_as") = std::nullopt, py::arg("remove") = false,
+          ObjectEditDocs(doc::Slam_EditObject).c_str())
       .def("snapshot", Method(&Slam::Snapshot), doc::Slam_Snapshot)
       .def("trajectory", Method(&Slam::Trajectory), doc::Slam_Trajectory)
       .def("finish", Method(&Slam::Finish), doc::Slam_Finish)
@@ -195,12 +203,13 @@ void AddSlam(py::module_& m) {
   AddTracking(slam);
   AddRelocalize(
       slam,
-      [](ExclusiveSlam& self, const std::optional<cv::Mat>& image, const OptionalCamera& camera,
-         RelocalizationMode mode, const OptionalPose& prior, bool unknown_camera, bool follow,
-         double timestamp, const Detections& detections, const OptionalVector& gravity_in_cam) {
+      [](ExclusiveSlam& self, const std::optional<cv::Mat>& image, double timestamp,
+         const Detections& detections, const OptionalVector& gravity_in_cam,
+         RelocalizationMode mode, const OptionalPose& prior, const OptionalCamera& camera,
+         bool unknown_camera, bool follow) {
         return self.Use([&](Slam& s) {
-          return FindIn(s, image, camera, mode, prior, unknown_camera, follow, timestamp,
-                        detections, gravity_in_cam);
+          return FindIn(s, image, timestamp, detections, gravity_in_cam, mode, prior, camera,
+                        unknown_camera, follow);
         });
       },
       doc::Slam_Relocalize);
@@ -216,17 +225,18 @@ void AddMapLocalizer(py::module_& m) {
                return MakeWithoutGil<MapLocalizer>(*path, config);
              return MakeWithoutGil<MapLocalizer>(std::get<MapSnapshot>(map), config);
            }),
-           py::arg("map"), py::arg("config") = SlamConfig{}, doc::MapLocalizer_MapLocalizer)
+           py::arg("map"), py::arg("config") = SlamConfig::Offline(),
+           doc::MapLocalizer_MapLocalizer)
       .def_property_readonly("map", &MapLocalizer::map, doc::MapLocalizer_map);
   AddRelocalize(
       localizer,
-      [](const MapLocalizer& self, const std::optional<cv::Mat>& image,
-         const OptionalCamera& camera, RelocalizationMode mode, const OptionalPose& prior,
-         bool unknown_camera, bool follow, double timestamp, const Detections& detections,
-         const OptionalVector& gravity_in_cam) {
+      [](const MapLocalizer& self, const std::optional<cv::Mat>& image, double timestamp,
+         const Detections& detections, const OptionalVector& gravity_in_cam,
+         RelocalizationMode mode, const OptionalPose& prior, const OptionalCamera& camera,
+         bool unknown_camera, bool follow) {
         const WithoutPythonsLock without_gil;
-        return FindIn(self, image, camera, mode, prior, unknown_camera, follow, timestamp,
-                      detections, gravity_in_cam);
+        return FindIn(self, image, timestamp, detections, gravity_in_cam, mode, prior, camera,
+                      unknown_camera, follow);
       },
       doc::MapLocalizer_Relocalize);
 }

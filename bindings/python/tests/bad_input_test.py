@@ -10,7 +10,7 @@ POSE = numpy.eye(4)
 
 @pytest.fixture
 def slam():
-    return oaslam.Slam(oaslam.SlamConfig(), oaslam.Camera(width=640, height=480, fx=500, fy=500, cx=319.5, cy=239.5))
+    return oaslam.Slam(oaslam.SlamConfig.offline(), oaslam.Camera(width=640, height=480, fx=500, fy=500, cx=319.5, cy=239.5))
 
 
 @pytest.mark.parametrize("image, error, message", [
@@ -112,7 +112,7 @@ def test_input_errors(slam, tmp_path):
     with pytest.raises(TypeError):
         oaslam.load_trajectory(5)
     with pytest.raises(oaslam.InputError, match="features.count"):
-        config = oaslam.SlamConfig()
+        config = oaslam.SlamConfig.offline()
         config.features.count = 1
         oaslam.Slam(config, oaslam.Camera(width=640, height=480, fx=500, fy=500, cx=319.5, cy=239.5))
     with pytest.raises(ValueError, match="at most 5"):
@@ -125,13 +125,13 @@ def test_input_errors(slam, tmp_path):
 ])
 def test_the_text_of_an_enumerator_is_its_word(section, name, words):
     for word in words.__members__.values():
-        config = oaslam.SlamConfig()
+        config = oaslam.SlamConfig.offline()
         oaslam.apply_setting(f"{section}.{name}={word}", config)
         assert getattr(getattr(config, section), name) == word
 
 
 def test_settings():
-    config = oaslam.SlamConfig()
+    config = oaslam.SlamConfig.offline()
     assert config.validate() == []
     oaslam.apply_setting("runner.mode=live", config)
     assert config.runner.mode == oaslam.RunnerMode.LIVE and "mode: live" in oaslam.config_to_yaml(config)

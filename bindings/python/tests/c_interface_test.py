@@ -30,7 +30,9 @@ class Detection(ctypes.Structure):
 class Image(ctypes.Structure):
     _fields_ = [("pixels", ctypes.c_void_p), ("width", ctypes.c_int32), ("height", ctypes.c_int32), ("channels", ctypes.c_int32),
                 ("bytes_per_row", ctypes.c_size_t), ("timestamp", ctypes.c_double), ("detections", ctypes.POINTER(Detection)),
-                ("detection_count", ctypes.c_size_t), ("gravity_in_cam", ctypes.POINTER(ctypes.c_double))]
+                ("detection_count", ctypes.c_size_t), ("gravity_in_cam", ctypes.POINTER(ctypes.c_double)),
+                ("detections_follow", ctypes.c_int32), ("angular_velocity", ctypes.c_void_p), ("angular_velocity_count", ctypes.c_size_t),
+                ("motion", ctypes.c_void_p), ("features", ctypes.c_void_p)]
 
 
 class PosesOfResult(ctypes.Structure):

@@ -23,7 +23,7 @@ def run(slam, images, detections):
 def mapped(mode=oaslam.RunnerMode.LOCKSTEP, **options):
     """The first images of the clip, mapped: slam, camera, images and results."""
     images = list(oaslam.open_images(CLIP / "video.mp4", to=FRAMES, **options))
-    config = oaslam.SlamConfig()
+    config = oaslam.SlamConfig.offline()
     config.runner.mode = mode
     height, width = images[0].image.shape[:2]
     camera = oaslam.load_camera(CLIP / "camera.yaml", (width, height))

@@ -53,7 +53,7 @@ def test_types(tmp_path):
         return subprocess.run([*command, *files], capture_output=True, text=True, cwd=tmp_path, env={**os.environ, "MYPYPATH": str(tmp_path)})
     done = check(package / "__init__.pyi", *(path for path in EXAMPLES.glob("*.py") if path.name != "map_and_plot.py"))
     assert done.returncode == 0, done.stdout
-    (tmp_path / "wrong.py").write_text('import oaslam\noaslam.load_camera(5)\noaslam.SlamConfig().runner.mode = "live"\n')
+    (tmp_path / "wrong.py").write_text('import oaslam\noaslam.load_camera(5)\noaslam.SlamConfig.offline().runner.mode = "live"\n')
     assert check("wrong.py").stdout.count("error:") == 2
 
 

@@ -29,7 +29,7 @@ def test_trajectory(mode, tmp_path):
 
 def test_an_image_with_gaps_between_its_rows_gives_the_same(desk):
     """Views are read where they are."""
-    slam = oaslam.Slam(oaslam.SlamConfig(), desk.camera)
+    slam = oaslam.Slam(oaslam.SlamConfig.offline(), desk.camera)
     height, width = desk.images[0].image.shape
     for image in desk.images[:30]:
         wide = numpy.full((height, width + 37), 255, numpy.uint8)
@@ -37,7 +37,7 @@ def test_an_image_with_gaps_between_its_rows_gives_the_same(desk):
         view = wide[:, 20:20 + width]
         assert not view.flags.c_contiguous
         last = slam.process(view, image.timestamp)
-    again = oaslam.Slam(oaslam.SlamConfig(), desk.camera)
+    again = oaslam.Slam(oaslam.SlamConfig.offline(), desk.camera)
     for image in desk.images[:30]:
         expected = again.process(image.image, image.timestamp)
     assert expected.has_pose

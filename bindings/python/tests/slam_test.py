@@ -69,7 +69,7 @@ def test_map_file(desk, desk_map, tmp_path):
 
 def test_metres_by_the_usual_sizes_of_objects(desk):
     assert not oaslam.MapSnapshot().estimate_scale().success and "vertical" in oaslam.MapSnapshot().estimate_scale().why_not
-    slam = oaslam.Slam(oaslam.SlamConfig(), desk.camera)
+    slam = oaslam.Slam(oaslam.SlamConfig.offline(), desk.camera)
     detections = oaslam.load_detections(CLIP / "detections.json")
     for image, true in zip(desk.images, oaslam.load_trajectory(CLIP / "groundtruth.txt")):
         # An accelerometer tells the vertical, which so short a clip does not show.
@@ -96,7 +96,7 @@ def test_camera(desk):
 
 
 def test_worlds(desk, desk_map):
-    slam = oaslam.Slam(oaslam.SlamConfig(), desk.camera)
+    slam = oaslam.Slam(oaslam.SlamConfig.offline(), desk.camera)
     slam.set_mapping(False)
     slam.load(desk_map)
     world = slam.snapshot().world
@@ -105,6 +105,44 @@ def test_worlds(desk, desk_map):
     slam.set_metres_per_unit(2)
     assert slam.snapshot().world != world
     assert slam.process(desk.images[51].image, 1).pose_in(world) is None
+
+
+def test_edits_of_objects(desk, desk_map, tmp_path):
+    slam = oaslam.Slam(oaslam.SlamConfig.offline(), desk.camera)
+    slam.load(desk_map)
+    first, second = (object.id for object in slam.snapshot().objects()[:2])
+    slam.edit_object(first, name="my mug")
+    assert slam.snapshot().find_object(first).name == "my mug"
+    slam.edit_object(second, remove=True)
+    assert slam.snapshot().find_object(second) is None
+    with pytest.raises(oaslam.InputError, match="no object"):
+        slam.edit_object(second, name="gone")
+    map = oaslam.MapSnapshot.load(desk_map)
+    assert oaslam.edit_object(map, first, name="mine").find_object(first).name == "mine" != map.find_object(first).name
+
+
+def test_maps_are_merged_and_exported(desk, desk_map, tmp_path):
+    map = oaslam.MapSnapshot.load(desk_map)
+    merged = oaslam.merge_maps(map, map, mode=oaslam.RelocalizationMode.POINTS)
+    assert merged.map.keyframe_count > map.keyframe_count and "found" in merged.evidence
+    assert oaslam.merge_maps(map, oaslam.MapSnapshot()).map is None
+    oaslam.export_map(map, oaslam.MapFormat.PLY, tmp_path / "a.ply", with_ellipsoids=True)
+    assert (tmp_path / "a.ply").read_bytes().startswith(b"ply") and str(oaslam.MapFormat.COLMAP) == "colmap"
+    with pytest.raises(oaslam.InputError, match="glb"):
+        oaslam.export_map(map, oaslam.MapFormat.GLTF, tmp_path / "a.ply")
+
+
+def test_events(desk, desk_map):
+    slam = oaslam.Slam(oaslam.SlamConfig.offline(), desk.camera)
+    slam.load(desk_map)
+    slam.process(desk.images[50].image, 0)
+    states = slam.states()
+    events = states.events_after(0)
+    assert [event.number for event in events] == list(range(1, len(events) + 1))
+    assert events[0].kind == oaslam.SlamEventKind.WORLD and events[-1].state == oaslam.TrackingState.RELOCALIZED
+    assert slam.place_anchor(name="here", model="flag", pose=numpy.eye(4))
+    (placed,) = states.events_after(events[-1].number)
+    assert (placed.kind, placed.anchor, str(placed.kind)) == (oaslam.SlamEventKind.ANCHOR_PLACED, "here", "anchor placed")
 
 
 def test_configurations():
@@ -126,7 +164,7 @@ def test_states(desk):
     assert newest.result.frame == desk.results[-1].frame and newest.map.keyframe_count > 5
     assert states.wait_for_next(newest, 0.01) is None
     del newest
-    slam = oaslam.Slam(oaslam.SlamConfig(), desk.camera)
+    slam = oaslam.Slam(oaslam.SlamConfig.offline(), desk.camera)
     states = slam.states()
     first = states.newest()
     assert first.result.frame == -1 and first.map.keyframe_count == 0 and not states.has_ended
@@ -145,7 +183,7 @@ def test_viewer(desk):
 
 
 def test_saved_map(desk, desk_map):
-    slam = oaslam.Slam(oaslam.SlamConfig(), desk.camera)
+    slam = oaslam.Slam(oaslam.SlamConfig.offline(), desk.camera)
     slam.set_mapping(False)
     slam.load(desk_map)
     image = desk.images[50]
@@ -164,7 +202,7 @@ def test_saved_map(desk, desk_map):
 
 
 def test_anchors(desk, desk_map):
-    slam = oaslam.Slam(oaslam.SlamConfig(), desk.camera)
+    slam = oaslam.Slam(oaslam.SlamConfig.offline(), desk.camera)
     slam.load(desk_map)
     thing = slam.snapshot().objects()[0]
     above = thing.ellipsoid.center - (0, 1, 0)
@@ -211,7 +249,7 @@ def test_rays_meet_the_map(desk, desk_map):
 
 def test_late_detections(desk):
     detections = oaslam.load_detections(CLIP / "detections.json")
-    slam = oaslam.Slam(oaslam.SlamConfig(), desk.camera)
+    slam = oaslam.Slam(oaslam.SlamConfig.offline(), desk.camera)
     seen = []
     for image in desk.images:
         result = slam.process(image.image, image.timestamp, detections_follow=True)

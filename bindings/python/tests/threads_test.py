@@ -15,7 +15,7 @@ from conftest import CLIP
 
 
 def slam_in_sequence(camera):
-    config = oaslam.SlamConfig()
+    config = oaslam.SlamConfig.offline()
     config.runner.mode = oaslam.RunnerMode.SEQUENTIAL
     return oaslam.Slam(config, camera)
 
@@ -54,7 +54,7 @@ def test_other_threads_run_while_an_image_is_processed(desk):
 
 
 def test_the_sink_is_called_from_threads_of_the_library(desk, messages):
-    slam = oaslam.Slam(oaslam.SlamConfig(), desk.camera)
+    slam = oaslam.Slam(oaslam.SlamConfig.offline(), desk.camera)
     detections = oaslam.load_detections(CLIP / "detections.json")
     for image in desk.images:
         slam.process(image.image, image.timestamp, detections.find(image.name))
@@ -65,7 +65,7 @@ def test_the_sink_is_called_from_threads_of_the_library(desk, messages):
 
 
 def test_a_sink_may_be_replaced_while_others_speak(desk):
-    slam = oaslam.Slam(oaslam.SlamConfig(), desk.camera)
+    slam = oaslam.Slam(oaslam.SlamConfig.offline(), desk.camera)
     said = []
     for i, image in enumerate(desk.images[:60]):
         oaslam.set_log_sink(lambda level, message, i=i: said.append(i))
@@ -172,7 +172,7 @@ def test_the_interpreter_may_end_at_any_time():
         detector = oaslam.BackgroundDetector(detect)
         detector.offer(0, numpy.zeros((4, 4), numpy.uint8))
         images = list(oaslam.open_images("{CLIP}/video.mp4", to=30))
-        slam = oaslam.Slam(oaslam.SlamConfig(), oaslam.load_camera("{CLIP}/camera.yaml"))
+        slam = oaslam.Slam(oaslam.SlamConfig.offline(), oaslam.load_camera("{CLIP}/camera.yaml"))
         for image in images:
             slam.process(image.image, image.timestamp)
         sys.kept = slam, detector  # beyond the end of this module
@@ -191,7 +191,7 @@ def test_the_interpreter_may_end_at_any_time():
 def test_daemon_threads_may_be_at_work_when_the_program_ends(loop):
     ended = program(f"""
         import itertools, threading, time, numpy, oaslam
-        slam = oaslam.Slam(oaslam.SlamConfig(), oaslam.load_camera("{CLIP}/camera.yaml"))
+        slam = oaslam.Slam(oaslam.SlamConfig.offline(), oaslam.load_camera("{CLIP}/camera.yaml"))
         states = slam.states()
         detector = oaslam.BackgroundDetector(lambda image: [])
         images = ((numpy.zeros((480, 640), numpy.uint8), time) for time in itertools.count())
@@ -217,7 +217,7 @@ def test_ctrl_c_ends_a_wait(tmp_path, wait):
     waiting = program(f"""
         import signal, oaslam
         signal.signal(signal.SIGINT, signal.default_int_handler)  # where the tests run in the background, it is ignored
-        slam = oaslam.Slam(oaslam.SlamConfig(), oaslam.load_camera("{CLIP}/camera.yaml"))
+        slam = oaslam.Slam(oaslam.SlamConfig.offline(), oaslam.load_camera("{CLIP}/camera.yaml"))
         states = slam.states()
         print("ready", flush=True)
         {wait.format(folder=tmp_path)}

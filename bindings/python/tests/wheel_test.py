@@ -18,7 +18,7 @@ loaded = {{line.split()[-1] for line in open("/proc/self/maps") if "liboaslam" i
 assert all(path.startswith(sys.prefix) for path in loaded), loaded
 slam = None
 for image in oaslam.open_images({str(CLIP / "video.mp4")!r}, to=40):
-    slam = slam or oaslam.Slam(oaslam.SlamConfig(), oaslam.load_camera({str(CLIP / "camera.yaml")!r}))
+    slam = slam or oaslam.Slam(oaslam.SlamConfig.offline(), oaslam.load_camera({str(CLIP / "camera.yaml")!r}))
     result = slam.process(image.image, image.timestamp)
 print(oaslam.__version__, result.state)
 """

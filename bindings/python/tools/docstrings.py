@@ -12,6 +12,8 @@ TRAILING = re.compile(r"^(.*?\S)\s*//[/!]?<? ?(.*)$")
 SCOPE = re.compile(r"^(namespace|struct|class|enum class)\s+(?:OASLAM_API\s+)?(\w+)[^;{]*\{")
 SKIPPED = re.compile(r"^(#|using |friend |template|~|typedef )|operator|&&\) noexcept|= default;$")
 
+EXAMPLE = re.compile(r":\n\n  .*(?:\n  .*)*")  # of code in C++, behind a colon
+
 
 def python_name(name):
     """Process -> process, kOpenCv -> OPEN_CV, CocoClassNames -> coco_class_names."""
@@ -148,7 +150,7 @@ def main():
             if key in seen and key != "ToString":
                 sys.exit(f"docstrings.py: {key} is declared twice")
             if key not in seen:
-                text = in_python("\n".join(comment), functions, enumerators)
+                text = in_python(EXAMPLE.sub(".", "\n".join(comment)), functions, enumerators)
                 lines.append(f'inline constexpr char {key}[] = R"doc({text})doc";')
             seen.add(key)
     lines.append("}  // namespace oaslam::doc")

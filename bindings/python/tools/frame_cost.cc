@@ -13,7 +13,7 @@ int main(int argc, char** argv) {
   std::vector<oaslam::InputImage> images;
   while (std::optional<oaslam::InputImage> image = source->Next()) images.push_back(*image);
   const oaslam::DetectionTable detections = oaslam::LoadDetections(argv[3]);
-  oaslam::SlamConfig config;
+  oaslam::SlamConfig config = oaslam::SlamConfig::Offline();
   config.runner.mode = oaslam::RunnerMode::kSequential;
   oaslam::Slam slam(config, oaslam::LoadCamera(argv[2], images.front().image.size()));
   double depth = 0;

@@ -9,16 +9,16 @@
 
 namespace oaslam {
 
-// A named place in the map where virtual content stands, in the world of that map. Whether a thing
-// or a wall hides it from the camera is not known.
+// A named pose in the map at which an application draws virtual content, in the world of that map.
+// The library does not compute whether a real object or a wall occludes the content.
 struct AnchorPose {
   // `model` names the content that stands there; only the application knows what it means.
   std::string name{}, model{};
   double size = 0;           // of the content's longest side, map units
   Rigid3 world_from_anchor;  // content: y up, standing on the origin, front towards +z (glTF)
   std::optional<ObjectId> object{};  // the object that it stands on
-  // Of Slam::Anchors: the same place in the camera of the newest image; nothing where that image
-  // has no pose.
+  // The anchor's pose in the camera frame of the newest image. Only Slam::Anchors sets it, and only
+  // where that image has a pose.
   std::optional<Rigid3> cam_from_anchor{};
 };
 
@@ -27,12 +27,13 @@ struct AnchorPose {
 struct AnchorRequest {
   std::string name{};   // empty: the name of the model with a number
   std::string model{};  // 1 to 64 bytes, no control character
-  // Of the newest image that Slam::Process took; instead of a ray.
+  // A pixel of the newest image that Slam::Process took. Its ray replaces `origin` and `direction`.
   std::optional<Eigen::Vector2d> pixel{};
   // The ray, in the map's frame; the direction may have any length.
   Eigen::Vector3d origin = Eigen::Vector3d::Zero(), direction = Eigen::Vector3d::Zero();
-  // On top of this mapped object, facing the origin of the ray, or without one the camera that saw
-  // it last. Without an object: on the plane of the landmarks around the ray.
+  // The content stands on top of this mapped object and faces the origin of the ray; without a ray
+  // it faces the keyframe that saw the object last. Without an object the content stands on the
+  // plane of the landmarks around the ray.
   std::optional<ObjectId> object{};
   double size = 0;  // map units; 0: a size that suits the place
   // Where the content stands, world_from_anchor; pixel, ray and object are not used then.
@@ -42,7 +43,7 @@ struct AnchorRequest {
 // The answer to a request that concerns an anchor.
 struct AnchorReport {
   std::string name{};     // the anchor's, as it is now; empty where nothing was changed
-  std::string why_not{};  // why nothing was changed; empty where it was done
+  std::string why_not{};  // why the request was refused; empty where it was carried out
 
   // Whether the request was carried out.
   bool IsDone() const { return why_not.empty(); }
@@ -53,12 +54,12 @@ struct AnchorEdit {
   std::optional<std::string> name{}, model{};
   std::optional<double> size{};  // map units
   double turn_rad = 0;           // about its y axis
-  std::optional<Rigid3> pose{};  // world_from_anchor; from then on it stands on no object
+  std::optional<Rigid3> pose{};  // world_from_anchor; detaches the anchor from its object
 };
 
 // What a ray may meet in a map. kObject: the front of a mapped object's ellipsoid. kPlane: the
-// plane that most landmarks about the ray fit, as a table or a wall. kLandmark: the landmark that
-// is nearest to the ray.
+// plane fitted to most landmarks around the ray, such as a table or a wall. kLandmark: the landmark
+// that is nearest to the ray.
 enum class HitKind { kObject, kPlane, kLandmark };
 
 // What a ray meets in the map, in the world of that map.

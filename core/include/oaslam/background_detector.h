@@ -10,8 +10,13 @@
 
 namespace oaslam {
 
-// Runs a detector on a thread of its own. Whenever it is free it takes the newest image offered,
-// and older ones are dropped, so that no caller waits for it.
+// Runs a detector on a thread of its own. When the detector is free, it takes the newest offered
+// image and drops older ones, so that no caller waits for the detector:
+//
+//   BackgroundDetector detector([&](const cv::Mat& image) { return network->Detect(image); });
+//   const TrackingResult result = slam.Process({image, timestamp, {}, true});
+//   detector.Offer(result.frame, image);
+//   for (const auto& [frame, detections] : detector.Take()) slam.AddDetections(frame, detections);
 class OASLAM_API BackgroundDetector {
  public:
   // From an image to its detections, as Detector::Detect.

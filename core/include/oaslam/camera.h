@@ -36,10 +36,10 @@ struct Camera {
     return false;
   }
   // The pixel of a point in the camera's frame, inside of the image or not. Nothing for a point
-  // that is not in front of the camera, or so far aside that the lens model does not tell.
+  // that is not in front of the camera, or beyond the angle up to which the lens model is valid.
   OASLAM_API std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& in_cam) const;
   // The ray of a pixel: the point in the camera's frame that the pixel shows at the depth z = 1.
-  // Nothing where the lens model does not tell.
+  // Nothing where the lens model has no inverse.
   OASLAM_API std::optional<Eigen::Vector3d> Lift(const Eigen::Vector2d& pixel) const;
 
   bool operator==(const Camera&) const = default;

@@ -19,7 +19,8 @@ struct CameraEstimationOptions {
   // The 35 mm equivalent that cameras and phones write into an image's metadata, 2 to 3000 mm
   // (FocalLength35mm reads it). Only a start value.
   std::optional<double> focal_length_35mm{};
-  // What moves with the camera, as for Slam::SetMask, of the images' size; empty: it is found.
+  // A mask of the parts that move with the camera (Slam::SetMask), of the images' size. Where it is
+  // empty, the estimator finds these parts itself.
   cv::Mat mask{};
 };
 
@@ -40,7 +41,12 @@ struct CameraEstimate {
 
 // Estimates the camera of images without calibration: maps parts of them with a guess of the focal
 // length, calibrates the camera by that map, and repeats this with the result until it no longer
-// changes. The same images give the same answer. It keeps the images, large ones scaled down.
+// changes. The same images give the same answer. It keeps the images, large ones scaled down:
+//
+//   CameraEstimator estimator(SlamConfig::Offline());
+//   while (const auto image = source->Next()) estimator.Add(image->image, image->timestamp);
+//   const CameraEstimate estimate = estimator.Estimate();
+//   if (estimate.is_determined) Slam slam(SlamConfig::Live(), estimate.camera);
 class OASLAM_API CameraEstimator {
  public:
   // `config`: the settings of the maps that it makes. Throws InputError for settings and start
@@ -59,10 +65,11 @@ class OASLAM_API CameraEstimator {
   bool IsFull() const;
 
   // Estimates the camera from the images since the last Forget, on the caller's thread and others:
-  // it maps them several times over, which takes longer than a run. Throws InputError without any.
+  // it maps the images several times, which takes longer than one run of Slam over them. Throws
+  // InputError without any.
   CameraEstimate Estimate();
-  // Drops the images, to continue with another part of the walk; the last result becomes the start
-  // value.
+  // Drops the images, to continue with another part of the recording; the last result becomes the
+  // start value.
   void Forget();
 
  private:
@@ -70,7 +77,8 @@ class OASLAM_API CameraEstimator {
   std::unique_ptr<Impl> impl_;
 };
 
-// "focal length 953 +- 4 px (fov 67.7 x 41.0 degrees), k1 0.071, k2 -0.047, centre 635 366".
+// Describes an estimate in words: "focal length 953 +- 4 px (fov 67.7 x 41.0 degrees), k1 0.071, k2
+// -0.047, centre 635 366".
 OASLAM_API std::string Describe(const CameraEstimate& estimate);
 
 }  // namespace oaslam

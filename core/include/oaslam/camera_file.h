@@ -19,8 +19,8 @@ OASLAM_API Camera LoadCamera(const std::string& spec, const cv::Size& image_size
 // Throws InputError, whose message begins with `where`, for impossible parameters of a camera.
 OASLAM_API void CheckCalibration(const Camera& camera, const std::string& where);
 
-// Writes a calibration as a ROS camera_info file, which LoadCamera reads; `note` becomes a comment
-// at its top.
+// Returns a calibration as the text of a ROS camera_info file, which LoadCamera reads; `note`
+// becomes a comment at its top.
 OASLAM_API std::string CameraText(const Camera& camera, const std::string& note);
 
 }  // namespace oaslam

@@ -23,7 +23,8 @@ struct Classes {
 // name in each line. Throws InputError.
 OASLAM_API Classes LoadClasses(const std::string& path);
 
-// A category that is a part of itself, directly or through others; nothing if there is none.
+// Returns a category that `whole_of` makes a part of itself, directly or through others; nothing if
+// there is none.
 OASLAM_API std::optional<int> PartOfItself(const std::map<int, int>& whole_of);
 // The name, or "class 41".
 OASLAM_API std::string NameOf(const ClassNames& names, int category_id);

@@ -11,10 +11,10 @@ struct ClassRelations {
   std::map<int, int> whole_of;
   std::set<int> movable;  // objects of these classes and key points in their boxes are not mapped
 
-  // Whether a user has stated none.
+  // Whether a user has stated no relation.
   bool Empty() const { return whole_of.empty() && movable.empty(); }
 
-  // Whether it is a part of that whole, directly or through other parts.
+  // Whether the class `part` belongs to the class `whole`, directly or through other parts.
   bool IsPartOf(int part, int whole) const {
     for (auto next = whole_of.find(part); next != whole_of.end();
          next = whole_of.find(next->second))

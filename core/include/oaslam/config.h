@@ -8,8 +8,9 @@
 
 namespace oaslam {
 
-// What may be turned, with its default, unit and reason. A configuration file names it
-// `section.key`; VisitFields below gives names and bounds. docs/configuration.md is made from this.
+// The settings of the library, each with its default, unit and reason. A configuration file names a
+// setting `section.key`; VisitFields below gives names and bounds. tools/configuration_md.py makes
+// docs/configuration.md from this file.
 
 // How tracking and mapping take turns (docs/architecture.md). Sequential: mapping works inside
 // Process. Lockstep: it has its own thread, and the results are the same on every run. Live: it has
@@ -22,31 +23,33 @@ OASLAM_API const char* ToString(RunnerMode mode);
 // keyframes, or these and the ellipsoids.
 enum class BundleObjects { kNone, kPoses, kFull };
 
-// Ours (docs/objects.md), or the paper's (docs/paper.md).
+// The method for objects: kRobust is this library's (docs/objects.md), kPaper that of the OA-SLAM
+// paper (docs/paper.md).
 enum class ObjectMethod { kRobust, kPaper };
 
-// Features are tracked by ORB's descriptors. Places are recognised by them, and where they fail by
-// learned ones (train/README.md).
+// The tracker always uses ORB's descriptors. Place recognition uses them, too; with kLearnedAndOrb
+// it tries learned descriptors where ORB fails (train/README.md).
 enum class DescriptorKind { kOrb, kLearnedAndOrb };
 
 // ORB features of an image.
 struct FeaturesConfig {
-  int count = 1000;      // key points in an image, twice as many until there is a map: more
-                         // hold on where texture is poor, and cost time in proportion
-  int resolution = 640;  // images with many more pixels than this x 3/4 of this are scaled
-                         // down to so many, which saves time; results stay in pixels of the
-                         // given image
-  DescriptorKind descriptor = DescriptorKind::kLearnedAndOrb;  // by which places are recognised:
-                                                               // learned+orb finds more from other
-                                                               // sides and in other light, for 30
-                                                               // ms of a keyframe and of an image
-                                                               // that ORB does not find
+  int count = 1000;      // key points in an image, twice as many until there is a map: more of them
+                         // keep tracking where texture is poor, and cost time in proportion
+  int resolution = 640;  // width of a 4:3 image: images with many more pixels than it has are
+                         // scaled down to its number of pixels, which saves time; results stay in
+                         // pixels of the given image
+  DescriptorKind descriptor = DescriptorKind::kLearnedAndOrb;  // descriptors that recognise places:
+                                                               // learned+orb recognises more of
+                                                               // them from another viewpoint or in
+                                                               // other light, and takes 30 ms for a
+                                                               // keyframe and for an image that ORB
+                                                               // does not find
 };
 
 // Tracking of the camera.
 struct TrackingConfig {
-  int min_inliers = 30;             // landmarks that a pose needs; half of them do where they
-                                    // are most of those that were matched
+  int min_inliers = 30;             // inlier landmarks that a pose needs; 15 suffice where more
+                                    // than half of the matched landmarks are inliers
   double max_object_sigma = 0.015;  // standard deviation of a position by objects alone,
                                     // divided by the distance; less certain poses are not in
                                     // the trajectory
@@ -94,11 +97,13 @@ struct RelocalizationConfig {
   double accept_margin = 5;                      // least difference of the statistic S
                                                  // (docs/objects.md) from that of the best pose
                                                  // elsewhere
-  double accept_evidence = 34;                   // least S / 2 + margin, 15/17 of it with gravity;
-                                                 // accepts at most 0.5 % in wrong maps
+  double accept_evidence = 34;                   // least value of S / 2 + margin, 15/17 of it where
+                                                 // gravity is measured; at most 0.5 % of images get
+                                                 // a pose in a wrong map
                                                  // (docs/lab/relocalization.md)
-  int accept_objects = 4;                        // matched ones; one fewer with gravity, which
-                                                 // leaves a pose fewer unknowns
+  int accept_objects = 4;                        // least number of matched objects; one fewer where
+                                                 // gravity is measured, which leaves a pose fewer
+                                                 // unknowns
   double accept_confidence = 0.95;               // least probability that a pose is
                                                  // right (docs/lab/relocalization.md)
 };
@@ -109,12 +114,15 @@ struct RunnerConfig {
   int lag = 2;                              // lockstep: the tracker of frame k sees the map of
                                             // frame k - lag; more lets mapping take longer, and the
                                             // tracker sees an older map
-  int seed = 0;                             // of all random numbers: the same seed gives the same
-                                            // results, but in live mode
+  int seed = 0;                             // seed of all random numbers: the same seed gives the
+                                            // same results, except in live mode
 };
 
-// All parameters, in sections; docs/configuration.md lists them. Take Live for an application with
-// a camera and Offline for recordings.
+// All parameters, in sections; docs/configuration.md lists them. Live or Offline makes one:
+//
+//   SlamConfig config = SlamConfig::Live();
+//   config.features.count = 1500;
+//   Slam slam(config, camera);
 struct SlamConfig {
   // For an application that shows what a camera sees: it does not wait for mapping.
   OASLAM_API static SlamConfig Live();
@@ -132,6 +140,10 @@ struct SlamConfig {
 
   // All problems at once, each "section.key: value, allowed: bound"; empty when valid.
   OASLAM_API std::vector<std::string> Validate() const;
+
+ private:
+  // The constructor is private, so that every application chooses Live or Offline.
+  SlamConfig() = default;
 };
 
 // Calls visit(name, value&, min, max) for numbers, and visit(name, value&, words) for enumerations

@@ -9,8 +9,8 @@ namespace oaslam {
 
 // Reads a YAML file, sections of keys or `section.key: value`, into `config`; what it does not name
 // stays. Throws one InputError with a line for each problem, and changes nothing then. An unknown
-// key is a problem; its line names the nearest known one. Bounds between keys are left to
-// SlamConfig::Validate.
+// key is a problem; its line names the nearest known one. Each value must be within the bounds of
+// its key, as in SlamConfig::Validate.
 OASLAM_API void LoadConfig(const std::string& path, SlamConfig& config);
 
 // Applies one "section.key=value", with the same checks as for a file. Throws InputError, and

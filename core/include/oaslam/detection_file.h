@@ -15,17 +15,20 @@ struct ImageDetections {
   std::vector<Detection> detections;  // in the order of the file
 };
 
-// Detections of many images, found by base name: with extension first, then without. It never
-// changes; copies share it.
+// The detections of many images. Find looks for the base name of an image with its extension first,
+// then without. A table never changes; copies share its content:
+//
+//   const DetectionTable table = LoadDetections("detections.json");
+//   slam.Process({image->image, image->timestamp, table.Find(image->name)});
 class OASLAM_API DetectionTable {
  public:
   // Where several images have the same name, Find returns the first.
   explicit DetectionTable(std::vector<ImageDetections> images);
-  // No images.
+  // Makes a table without images.
   DetectionTable();
   // Shares the content. There is no move, which would leave a table without content.
   DetectionTable(const DetectionTable&) = default;
-  // The same.
+  // Shares the content, too.
   DetectionTable& operator=(const DetectionTable&) = default;
   // Empty when the image is not listed.
   const std::vector<Detection>& Find(const std::string& image_name) const;
@@ -38,8 +41,9 @@ class OASLAM_API DetectionTable {
 };
 
 // Reads OA-SLAM's JSON or COCO results (docs/formats.md). A few boxes that are not finite, inverted
-// or absurd are left out, and counted in a warning. Throws InputError: malformed JSON, or so many
-// of them that the file has another meaning; the first is named by file name and index.
+// or absurd are left out, and counted in a warning. Throws InputError where the JSON is malformed,
+// or where so many boxes are unusable that the file is probably in another format; the message
+// names the first such box by file name and index.
 OASLAM_API DetectionTable LoadDetections(const std::string& path);
 
 // Writes OA-SLAM's JSON. Bytes of a file name that are not UTF-8 become U+FFFD. Throws InputError

@@ -53,7 +53,10 @@ struct DetectorOptions {
 };
 
 // An object detector of the YOLO family in an ONNX file, run on the CPU. One image at a time: not
-// thread-safe.
+// thread-safe:
+//
+//   const std::unique_ptr<Detector> detector = Detector::Load("yolox_nano");
+//   slam.Process({image, timestamp, detector->Detect(image)});
 class OASLAM_API Detector {
  public:
   // `model`: the path of an ONNX file, or the name of a detector (FindDetectorModel).
@@ -69,7 +72,7 @@ class OASLAM_API Detector {
 
   // The layout that was requested or recognised; never kAuto.
   DetectorLayout layout() const;
-  // Of the images that the network sees, pixels.
+  // The size of the network's input, pixels.
   cv::Size input_size() const;
   int class_count() const;  // 0 where the file does not tell it
   // The names of the classes in the file; often empty.
@@ -82,12 +85,13 @@ class OASLAM_API Detector {
 };
 
 // The ONNX file of a detector. `model` is the path of a file, which is returned as it is, or a
-// name: "yolox_nano", say, or "default", which is that one (YOLOX-nano, the 80 classes of COCO). No
-// detector comes with OA-SLAM: `oaslam models get NAME` fetches one (docs/models.md). NAME.onnx is
-// looked for in the folders that the environment names in OASLAM_MODELS (separated by colons), in
-// the user's folder ($XDG_DATA_HOME/oaslam/models, by default ~/.local/share/oaslam/models), in
-// PREFIX/share/oaslam/models where OA-SLAM is installed, and in /usr/share/oaslam/models.
-// Throws InputError, which names the folders, where no folder has the file.
+// name, such as "yolox_nano". "default" stands for "yolox_nano" (YOLOX-nano, the 80 classes of
+// COCO). No detector comes with OA-SLAM: `oaslam models get NAME` fetches one (docs/models.md).
+// NAME.onnx is looked for in the folders that the environment names in OASLAM_MODELS (separated by
+// colons), in the user's folder ($XDG_DATA_HOME/oaslam/models, by default
+// ~/.local/share/oaslam/models), in PREFIX/share/oaslam/models where OA-SLAM is installed, and in
+// /usr/share/oaslam/models. Throws InputError, which names the folders, where no folder has the
+// file.
 OASLAM_API std::string FindDetectorModel(const std::string& model = "default");
 
 }  // namespace oaslam

@@ -17,8 +17,8 @@ struct ImageFeature {
 };
 
 // The key points of an image, taken elsewhere by the extractor of this library (docs/odometry-js.md
-// has it for browsers), so that the image need not be sent. Descriptors of other extractors find
-// nothing in the map.
+// has it for browsers), so that the image need not be sent. Slam finds no landmark by the
+// descriptors of another extractor.
 struct ImageFeatures {
   std::vector<ImageFeature> features;  // at most 65535
   int levels = 8;                      // of the pyramid, 1 to 16

@@ -29,16 +29,19 @@ struct ImageInput {
   std::optional<Eigen::Vector3d> gravity_in_cam{};
   // From a gyroscope, ascending in time (in Python rows of timestamp, x, y, z): all samples since
   // those of the image before. Samples that were given before are ignored; one that is more than 1
-  // s later than the image throws InputError. Only Slam::Process uses them. The bias is estimated,
-  // and how far the gyroscope's clock is ahead of the images' or behind it, up to 0.25 s. A clock
-  // that is ahead gives the samples at the image a later time stamp than the image: they help, but
-  // need not be waited for. A turn in which samples are missing for more than 0.1 s is not used.
+  // s later than the image throws InputError. Only Slam::Process uses them. Slam estimates the
+  // bias, and the offset of the gyroscope's clock to that of the images, up to 0.25 s. If the
+  // gyroscope's clock is ahead, the samples taken with an image have later time stamps than the
+  // image; they help, but the caller need not wait for them. A turn in which samples are missing
+  // for more than 0.1 s is not used.
   std::vector<AngularVelocity> angular_velocity{};
-  // The camera's motion by another odometry: Slam's own does not run on this image, so that images
-  // may be a second apart. Only Slam::Process uses it. Throws InputError for poses that are not
-  // valid, depths that are not positive, and numbers of images that do not ascend.
+  // The camera's motion by another odometry. Slam's own odometry then does not run on this image,
+  // so that images may be a second apart. Only Slam::Process uses it. Throws InputError for poses
+  // that are not valid, depths that are not finite, and numbers of corrected images that do not
+  // ascend. Ignores inverse depths that are not positive.
   std::optional<MotionInput> motion{};
-  // The key points of the image, for an `image` that is empty. Learned descriptors need the image.
+  // The key points of the image, which Slam uses where `image` is empty. Learned descriptors need
+  // the image.
   std::optional<ImageFeatures> features{};
 };
 

@@ -26,7 +26,8 @@ struct InputImage {
   cv::Mat image;
   std::string path{};  // of the image's own file; empty for videos and cameras
   Orientation orientation = Orientation::kStored;  // the orientation in which that file is read
-  // Of a camera: when it was taken, or a little later, in seconds of std::chrono::steady_clock.
+  // For an image of a live camera: the time when it was taken, or a little later, in seconds of
+  // std::chrono::steady_clock.
   std::optional<double> taken_s{};
 };
 
@@ -46,11 +47,12 @@ struct ImageSourceOptions {
   std::optional<FollowOptions> follow{};
   // BGR from videos and cameras, which decode to BGR anyway; image files stay grey.
   bool color_if_free = false;
-  // Seconds in the unit of the time stamps in a list or in the names of images: 1, 1e-3, 1e-6 or
-  // 1e-9. Empty: seconds, refused where the step between images is not one of seconds; of names
-  // that are dates, the unit in which they are.
+  // The unit of the time stamps in a list or in image names, in seconds: 1, 1e-3, 1e-6 or 1e-9.
+  // Where it is empty, the unit of names that are dates is recognised; other times are taken as
+  // seconds, and refused where the step between images does not look like seconds.
   std::optional<double> time_unit{};
-  // What is found about the source is not logged: another reader of it does.
+  // Suppresses log messages about the source, because another reader of the same source writes
+  // them.
   bool quiet = false;
   // The layout of a folder of a known dataset or recorder: its name (docs/formats.md), "none", or
   // empty: it is recognised by its files.
@@ -60,14 +62,18 @@ struct ImageSourceOptions {
   std::function<bool()> stopped{};
 };
 
-// A sequence of images, read one at a time.
+// A sequence of images, read one at a time:
+//
+//   const std::unique_ptr<ImageSource> source = OpenImages("walk.mp4");
+//   while (const std::optional<InputImage> image = source->Next())
+//     if (!image->image.empty()) slam.Process({image->image, image->timestamp});
 class OASLAM_API ImageSource {
  public:
   virtual ~ImageSource() = default;
   // The next image, nothing at the end. An unreadable image is returned empty with its name; the
   // caller should warn and continue.
   virtual std::optional<InputImage> Next() = 0;
-  // Images within [from, to) where known beforehand, -1 otherwise.
+  // The number of images within [from, to); -1 where it is not known beforehand.
   virtual int size() const = 0;
   // May be called from another thread: a waiting Next, and all later ones, may return nothing from
   // then on. A source whose Next can wait forever must implement it.

@@ -10,7 +10,10 @@
 namespace oaslam {
 
 // Reads a live source on a thread of its own and returns its newest image: a caller that is slower
-// than the camera misses images, but never gets an old one.
+// than the camera misses images, but never gets an old one:
+//
+//   const std::unique_ptr<LatestImageSource> camera = OpenCamera("webcam:0");
+//   while (const auto image = camera->Next()) slam.Process({image->image, image->timestamp});
 class OASLAM_API LatestImageSource : public ImageSource {
  public:
   // Begins to read. Throws InputError without a source.
@@ -33,8 +36,9 @@ class OASLAM_API LatestImageSource : public ImageSource {
   std::unique_ptr<Impl> impl_;
 };
 
-// Opens a source as an application with a camera reads it: its newest image. A recording is played
-// at its own speed. Unreadable images are left out, with a warning. Throws as OpenImages.
+// Opens a source whose Next returns the newest image, as an application with a camera needs it. A
+// recording is played at its own speed. Unreadable images are left out, with a warning. Throws as
+// OpenImages.
 OASLAM_API std::unique_ptr<LatestImageSource> OpenCamera(const std::string& source,
                                                          const ImageSourceOptions& options = {});
 

@@ -12,17 +12,21 @@
 namespace oaslam {
 
 // Finds single images in a map that is only read. Any number of threads may call all functions at
-// once: each call takes some 10 to 40 ms on its caller's thread, and ten times that where it is not
-// found. All calls and all copies share one map.
+// once: a call takes some 10 to 40 ms on its caller's thread, and ten times as long where the image
+// is not found. All calls and all copies share one map:
+//
+//   const MapLocalizer localizer("room.map");
+//   const RelocalizationResult found = localizer.Relocalize({image}, {.camera = camera});
+//   if (found.world_from_cam) Draw(*found.world_from_cam);
 class OASLAM_API MapLocalizer {
  public:
   // Throws InputError.
-  explicit MapLocalizer(const MapSnapshot& map, const SlamConfig& config = {});
+  explicit MapLocalizer(const MapSnapshot& map, const SlamConfig& config = SlamConfig::Offline());
   // The map of a file: MapSnapshot::Load.
-  explicit MapLocalizer(const std::string& path, const SlamConfig& config = {});
+  explicit MapLocalizer(const std::string& path, const SlamConfig& config = SlamConfig::Offline());
 
-  // As Slam::Relocalize, but that `options.camera` is the camera of the image, which is unknown
-  // without it. Throws InputError.
+  // Finds an image as Slam::Relocalize does. Without `options.camera` the camera of the image
+  // counts as unknown, and is found with the pose. Throws InputError.
   RelocalizationResult Relocalize(const ImageInput& input,
                                   const RelocalizeOptions& options = {}) const;
 

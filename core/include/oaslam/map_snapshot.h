@@ -26,7 +26,11 @@ namespace oaslam {
 
 // A map at one moment, as data. It is a handle: copies share one map, which never changes. So a
 // snapshot costs next to nothing, may be kept as long as one likes, and may be read by several
-// threads at once. Lengths are in map units, poses and positions in its world.
+// threads at once. Lengths are in map units, poses and positions in its world:
+//
+//   const MapSnapshot map = MapSnapshot::Load("room.map");
+//   for (const MapSnapshot::Object& object : map.Objects())
+//     std::cout << object.name << " " << object.ellipsoid.center.transpose() << "\n";
 class OASLAM_API MapSnapshot {
  public:
   // An image whose key points are in the map.
@@ -48,17 +52,19 @@ class OASLAM_API MapSnapshot {
   struct Observation {
     KeyframeId keyframe;
     LandmarkId landmark;
-    int keypoint = 0;  // index of the key point in the keyframe: of its descriptor
+    // Index of the key point in the keyframe, and of its descriptor in Descriptors.
+    int keypoint = 0;
     Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // in the image as the camera gave it
     double sigma_px = 1;                              // standard deviation of the pixel
   };
   // A box in which an object was detected.
   struct Sighting {
-    std::optional<KeyframeId> keyframe;  // whose image it is; nothing for another image
-    std::optional<int> frame;            // of the image, as Keyframe::frame
-    Rigid3 world_from_cam;               // of the image
-    Box box;                             // pixels of the image without distortion
-    double score = 0;                    // (0, 1], of the detector
+    // The keyframe whose image the box is in; nothing where that image is no keyframe.
+    std::optional<KeyframeId> keyframe;
+    std::optional<int> frame;  // of the image, as Keyframe::frame
+    Rigid3 world_from_cam;     // of the image
+    Box box;                   // pixels of the image without distortion
+    double score = 0;          // (0, 1], of the detector
   };
   // An object of the map.
   struct Object {
@@ -68,7 +74,7 @@ class OASLAM_API MapSnapshot {
     // In the world. Its third axis is vertical where the map knows the vertical.
     Ellipsoid ellipsoid;
     // Covariance of the centre (world), the logarithms of the half axes, and the rotation about the
-    // vertical (rad; 1: that is not known).
+    // vertical (rad; a variance of 1 means that this rotation is not known).
     Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();
     int observations = 0;    // images in which it was detected; Observations has at most 60
     bool has_moved = false;  // since the map was made or loaded
@@ -78,8 +84,8 @@ class OASLAM_API MapSnapshot {
 
   struct Content;  // known to the library alone
 
-  // The elements of one kind in the order of their ids. Each is made as it is looked at; the whole
-  // is not copied. Keeps the map alive.
+  // The elements of one kind in the order of their ids. The iterator makes each element when it
+  // reaches it; the map is not copied. A range keeps the map alive.
   template <typename Element>
   class Range {
    public:
@@ -120,7 +126,7 @@ class OASLAM_API MapSnapshot {
     Iterator end() const { return {}; }
     // Whether there are none.
     bool empty() const { return begin() == end(); }
-    // Their number. Of objects they are counted, one by one.
+    // The number of elements. For objects this call counts them one by one.
     size_t size() const { return Count(*content_, static_cast<const Element*>(nullptr)); }
     // All of them, to be indexed or sorted.
     std::vector<Element> ToVector() const { return {begin(), end()}; }
@@ -138,41 +144,44 @@ class OASLAM_API MapSnapshot {
   // Writes the map to a file, which is replaced as a whole, or not at all. A snapshot of a running
   // Slam has no trajectory and one submap only: Slam::Save writes all. Throws InputError.
   void Save(const std::string& path) const;
-  // The same as bytes, to be sent or kept elsewhere: those of the file. Throws InputError.
+  // Loads a map from the bytes of a map file, which ToBytes returns. Throws InputError.
   static MapSnapshot FromBytes(std::string_view bytes, int submap = 0);
-  std::string ToBytes() const;  // what Save writes
+  // The bytes of the file that Save writes, to be sent or stored elsewhere.
+  std::string ToBytes() const;
 
-  // In the order of ids.
+  // The keyframes of the map, in the order of their ids.
   Range<Keyframe> Keyframes() const { return Range<Keyframe>(content_); }
-  // In the order of ids.
+  // The landmarks of the map, in the order of their ids.
   Range<Landmark> Landmarks() const { return Range<Landmark>(content_); }
   // The objects of the map, without tracks that may still become objects.
   Range<Object> Objects() const { return Range<Object>(content_); }
 
-  // The element with this id; nothing where the map has none.
+  // The keyframe with this id; nothing where the map has none.
   std::optional<Keyframe> Find(KeyframeId id) const;
-  // The same.
+  // The landmark with this id; nothing where the map has none.
   std::optional<Landmark> Find(LandmarkId id) const;
-  // The same; also nothing for a track that may still become an object.
+  // The object with this id; nothing where the map has none, or only a track that may still become
+  // an object.
   std::optional<Object> Find(ObjectId id) const;
 
   // The landmarks that a keyframe sees; empty where there is no such keyframe.
   std::vector<Observation> Observations(KeyframeId keyframe) const;
   // The keyframes that see a landmark; empty where there is no such landmark.
   std::vector<Observation> Observations(LandmarkId landmark) const;
-  // The boxes of an object from which its ellipsoid is estimated: of many images those that tell
-  // most, at most 60. Empty where there is no such object.
+  // The boxes of an object from which its ellipsoid is estimated: at most 60, chosen from different
+  // viewpoints and times. Empty where there is no such object.
   std::vector<Sighting> Observations(ObjectId object) const;
-  // Of all key points of a keyframe, in their order, with a landmark or without. They live as long
-  // as a copy of this snapshot. Empty where there is no such keyframe.
+  // The descriptors of all key points of a keyframe, in their order, with a landmark or without.
+  // The span is valid as long as a copy of this snapshot exists. Empty where there is no such
+  // keyframe.
   std::span<const Descriptor> Descriptors(KeyframeId keyframe) const;
 
-  // In the order of names.
+  // The anchors of the map, in the order of their names.
   std::vector<AnchorPose> Anchors() const;
-  // What a ray meets, the nearest first, without placing anything: each mapped object on its way,
-  // the plane of the landmarks about it, and the landmark within a degree that is nearest to it.
-  // `origin` and `direction`, of any length, are in the world. Throws InputError where they are not
-  // finite or the direction is zero.
+  // Returns what a ray meets, the nearest first, and places no anchor: each mapped object that the
+  // ray crosses, the plane of the landmarks around the ray, and the landmark nearest to the ray
+  // within one degree. `origin` and `direction`, of any length, are in the world. Throws InputError
+  // where they are not finite or the direction is zero.
   std::vector<RayHit> Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
   // The cameras of the keyframes.
   const std::vector<Camera>& Cameras() const;
@@ -184,7 +193,7 @@ class OASLAM_API MapSnapshot {
 
   // The number of submaps, this one included: of a snapshot of a running Slam, 1.
   int submaps() const;
-  // Whose coordinates all positions and poses are in.
+  // The world in whose frame all positions and poses are.
   WorldId world() const;
   // The direction opposite to gravity, world; nothing while it is unknown.
   std::optional<Eigen::Vector3d> up() const;
@@ -193,11 +202,11 @@ class OASLAM_API MapSnapshot {
   bool is_up_measured() const;
   // Whether the unit is the metre; else it is arbitrary.
   bool is_metric() const;
-  // Of a metric map whose metre follows from the usual sizes of its objects: its standard
-  // deviation, divided by it. 0 where the metre was given, or the unit is arbitrary.
+  // The relative standard deviation of the metre, where the map got its metre from the usual sizes
+  // of its objects. 0 where the metre was given, or the unit is arbitrary.
   double unit_sigma() const;
-  // The length of the unit by the usual sizes of the objects, also of a map that is metric already:
-  // their classes are known by their names, those of COCO. Takes some milliseconds.
+  // Estimates the length of the unit from the usual sizes of the objects, also for a map that is
+  // metric already. It recognises the classes of objects by COCO's names. Takes some milliseconds.
   ScaleEstimate EstimateScale() const;
   // Grows with every change of the map or of the class names; Reset and Load do not set it back.
   // Two snapshots of one Slam with the same version are equal.

@@ -30,6 +30,9 @@
 // The map as data, and images found in it
 #include "oaslam/map_snapshot.h"
 #include "oaslam/scale_estimate.h"
+#include "oaslam/map_editing.h"
+#include "oaslam/object_edit.h"
+#include "oaslam/export_map.h"
 #include "oaslam/map_localizer.h"
 #include "oaslam/relocalization_result.h"
 #include "oaslam/trajectory_file.h"

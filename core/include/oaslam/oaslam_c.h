@@ -5,8 +5,9 @@
  * frames and units are those of the C++ function that it is named after: oaslam_slam_process is
  * oaslam::Slam::Process. docs/c.md has an example.
  *
- * Handles. *_create, *_load and oaslam_slam_map make one, *_destroy frees it and takes NULL. A
- * handle of a Slam is for one thread at a time; those of maps and localizers are for any number.
+ * Handles. A function with an output argument such as `oaslam_map** map` makes a handle;
+ * *_destroy frees a handle, and accepts NULL. A handle of a Slam is for one thread at a time;
+ * those of maps and localizers are for any number.
  *
  * Errors. No exception leaves the library. A function returns OASLAM_OK, or tells what went wrong
  * and changes nothing; oaslam_error says it in words. What a function writes is written only with
@@ -32,7 +33,7 @@ typedef enum {
   OASLAM_OTHER_ERROR = 4    /* e.g. memory ran out */
 } oaslam_status;
 
-/* What the last call in this thread that did not return OASLAM_OK had to say. Lives until the
+/* The message of this thread's last call that did not return OASLAM_OK. It lives until the
  * thread's next such call. */
 OASLAM_API const char* oaslam_error(void);
 
@@ -88,7 +89,8 @@ OASLAM_API oaslam_status oaslam_camera_load(const char* spec, int32_t width, int
 /* `is_seen` becomes 0, and the pixel is not written, where the camera cannot show the point. */
 OASLAM_API oaslam_status oaslam_camera_project(const oaslam_camera* camera, const double in_cam[3],
                                                double pixel[2], int32_t* is_seen);
-/* The same for a pixel that the lens model does not know; the ray has z = 1. */
+/* The ray of a pixel, with z = 1; `is_known` becomes 0, and the ray is not written, where the
+ * lens model has no ray for the pixel. */
 OASLAM_API oaslam_status oaslam_camera_lift(const oaslam_camera* camera, const double pixel[2],
                                             double ray[3], int32_t* is_known);
 
@@ -100,7 +102,48 @@ typedef struct {
   double x1, y1, x2, y2; /* edges, pixels of the image as it is given */
 } oaslam_detection;
 
-/* oaslam::ImageInput. All of it may be zero but what is known. */
+/* A sample of a gyroscope: oaslam::AngularVelocity. */
+typedef struct {
+  double timestamp;
+  double in_cam[3]; /* rad/s */
+} oaslam_angular_velocity;
+
+typedef struct {
+  double pixel[2];
+  double inverse_depth;
+} oaslam_point_depth;
+typedef struct {
+  int32_t image;
+  oaslam_pose odom_from_cam;
+} oaslam_corrected_pose;
+/* The camera's motion by another odometry: oaslam::MotionInput. */
+typedef struct {
+  int32_t is_known;
+  int32_t run, image;
+  oaslam_pose odom_from_cam;
+  int32_t is_preliminary, is_keyframe;
+  double agreeing; /* 0: not known, counts as 1 */
+  const oaslam_point_depth* depths;
+  size_t depth_count;
+  const oaslam_corrected_pose* corrected;
+  size_t corrected_count;
+} oaslam_motion;
+
+typedef struct {
+  float pixel[2]; /* in the image without distortion */
+  float angle_rad;
+  uint8_t level;
+  uint64_t descriptor[4];
+} oaslam_feature;
+/* Key points that were found elsewhere: oaslam::ImageFeatures. */
+typedef struct {
+  const oaslam_feature* features;
+  size_t count;
+  int32_t levels;              /* 0: 8 */
+  double factor, lowest_pixel; /* 0: 1.2 and 1 */
+} oaslam_features;
+
+/* oaslam::ImageInput. Every field that the caller does not know may be zero. */
 typedef struct {
   const uint8_t* pixels; /* NULL: boxes alone (relocalize only) */
   int32_t width, height;
@@ -110,6 +153,11 @@ typedef struct {
   const oaslam_detection* detections;
   size_t detection_count;
   const double* gravity_in_cam; /* three numbers; NULL: not measured */
+  int32_t detections_follow;    /* by oaslam_slam_add_detections */
+  const oaslam_angular_velocity* angular_velocity;
+  size_t angular_velocity_count;
+  const oaslam_motion* motion;     /* NULL: Slam's own odometry estimates it from the images */
+  const oaslam_features* features; /* of an image without pixels; or NULL */
 } oaslam_image;
 
 /* --- Tracking and mapping -------------------------------------------------------------------- */
@@ -122,7 +170,7 @@ typedef struct oaslam_localizer oaslam_localizer;
  * SlamConfig::Offline for recordings. */
 typedef enum { OASLAM_LIVE = 0, OASLAM_OFFLINE = 1 } oaslam_config;
 
-/* oaslam::TrackingResult. The pose is had by oaslam_pose_in. */
+/* oaslam::TrackingResult. oaslam_pose_in returns the pose. */
 typedef struct {
   int32_t frame;
   double timestamp;
@@ -162,15 +210,57 @@ OASLAM_API oaslam_status oaslam_slam_create(oaslam_config config, const char* se
 OASLAM_API void oaslam_slam_destroy(oaslam_slam* slam);
 OASLAM_API oaslam_status oaslam_slam_process(oaslam_slam* slam, const oaslam_image* image,
                                              oaslam_result* result);
+/* Detections of an image that was processed with `detections_follow`; `frame` is that of its
+ * result. `objects` becomes the number of mapped objects seen, -1 where the image is too old or had
+ * no pose; it may be NULL. */
+OASLAM_API oaslam_status oaslam_slam_add_detections(oaslam_slam* slam, int32_t frame,
+                                                    const oaslam_detection* detections,
+                                                    size_t count, int32_t* objects);
 OASLAM_API oaslam_status oaslam_slam_finish(oaslam_slam* slam);
 OASLAM_API oaslam_status oaslam_slam_reset(oaslam_slam* slam);
 OASLAM_API oaslam_status oaslam_slam_set_mapping(oaslam_slam* slam, int32_t is_on);
+OASLAM_API oaslam_status oaslam_slam_set_relocalization_mode(oaslam_slam* slam,
+                                                             oaslam_relocalization_mode mode);
+/* `near`: where the camera may be, world from camera, or NULL. */
+OASLAM_API oaslam_status oaslam_slam_force_relocalization(oaslam_slam* slam,
+                                                          const oaslam_pose* near);
+/* A mask of grey bytes, in which 0 hides; NULL: Slam finds what moves with the camera from the
+ * images. */
+OASLAM_API oaslam_status oaslam_slam_set_mask(oaslam_slam* slam, const uint8_t* pixels,
+                                              int32_t width, int32_t height, size_t bytes_per_row);
+typedef struct {
+  int32_t category_id;
+  const char* name;
+} oaslam_class_name;
+OASLAM_API oaslam_status oaslam_slam_set_class_names(oaslam_slam* slam,
+                                                     const oaslam_class_name* names, size_t count);
 OASLAM_API oaslam_status oaslam_slam_set_metres_per_unit(oaslam_slam* slam, double metres);
-/* The same by what oaslam_map_estimate_scale told; the map keeps how sure its unit is. */
+/* Scales the map to metres by an estimate of oaslam_map_estimate_scale; the map keeps the
+ * standard deviation of its unit. */
 OASLAM_API oaslam_status oaslam_slam_set_scale(oaslam_slam* slam,
                                                const oaslam_scale_estimate* estimate);
 OASLAM_API oaslam_status oaslam_slam_save(const oaslam_slam* slam, const char* path);
 OASLAM_API oaslam_status oaslam_slam_load(oaslam_slam* slam, const char* path);
+OASLAM_API oaslam_status oaslam_slam_load_map(oaslam_slam* slam, const oaslam_map* map);
+
+typedef struct {
+  double timestamp;
+  oaslam_pose world_from_cam;
+} oaslam_stamped_pose;
+/* Writes the first `most` poses of the trajectory. `count` becomes the number written; where
+ * `poses` is NULL, the number of all poses. */
+OASLAM_API oaslam_status oaslam_slam_trajectory(const oaslam_slam* slam, oaslam_stamped_pose* poses,
+                                                size_t most, size_t* count);
+
+/* oaslam::ObjectEdit. NULL and 0 leave a thing as it is. */
+typedef struct {
+  const char* name; /* "": that of its class */
+  int32_t is_same;  /* whether `same_as` is the same thing: its boxes go to this object */
+  uint32_t same_as;
+  int32_t remove;
+} oaslam_object_edit;
+OASLAM_API oaslam_status oaslam_slam_edit_object(oaslam_slam* slam, uint32_t object,
+                                                 const oaslam_object_edit* edit);
 
 /* --- Anchors --------------------------------------------------------------------------------- */
 
@@ -179,8 +269,9 @@ typedef struct {
   const char* model;   /* only the application knows what it means */
   int32_t is_at_pixel; /* of the newest image; 0: by the ray */
   double pixel[2];
-  double origin[3], direction[3]; /* a ray in the world, that meets the map where it stands */
-  int32_t is_on_object;           /* on top of this object; 0: on the landmarks about the ray */
+  /* A ray in the world; the content stands where the ray meets the map. */
+  double origin[3], direction[3];
+  int32_t is_on_object; /* on top of `object`; 0: on the plane of the landmarks around the ray */
   uint32_t object;
   double size;             /* map units; 0: one that suits the place */
   const oaslam_pose* pose; /* where it stands, instead of the ray; or NULL */
@@ -204,6 +295,31 @@ OASLAM_API oaslam_status oaslam_slam_place_anchor(oaslam_slam* slam,
 OASLAM_API oaslam_status oaslam_slam_edit_anchor(oaslam_slam* slam, const char* name,
                                                  const oaslam_anchor_edit* edit);
 OASLAM_API oaslam_status oaslam_slam_remove_anchor(oaslam_slam* slam, const char* name);
+
+/* --- What has happened ----------------------------------------------------------------------- */
+
+typedef enum {
+  OASLAM_STATE_CHANGED = 0,
+  OASLAM_WORLD_CHANGED = 1,
+  OASLAM_ANCHOR_PLACED = 2,
+  OASLAM_ANCHOR_EDITED = 3,
+  OASLAM_ANCHOR_REMOVED = 4
+} oaslam_event_kind;
+
+/* oaslam::SlamEvent. */
+typedef struct {
+  uint64_t number;
+  oaslam_event_kind kind;
+  int32_t frame;
+  oaslam_state state;            /* after it */
+  uint32_t world;                /* after it */
+  char anchor[OASLAM_NAME_SIZE]; /* its name; empty for other events */
+} oaslam_event;
+
+/* Writes the first `most` events after the one with the number `after`, of the newest 1000; `count`
+ * becomes the number written. */
+OASLAM_API oaslam_status oaslam_slam_events(const oaslam_slam* slam, uint64_t after,
+                                            oaslam_event* events, size_t most, size_t* count);
 
 /* --- What a ray meets ------------------------------------------------------------------------ */
 
@@ -260,24 +376,45 @@ typedef struct {
 
 /* The map as it is now; it does not change later. */
 OASLAM_API oaslam_status oaslam_slam_map(const oaslam_slam* slam, oaslam_map** map);
+/* Returns the map with all submaps, and with the trajectory so far. */
+OASLAM_API oaslam_status oaslam_slam_whole_map(const oaslam_slam* slam, oaslam_map** map);
 OASLAM_API oaslam_status oaslam_map_load(const char* path, oaslam_map** map);
 OASLAM_API void oaslam_map_destroy(oaslam_map* map);
 OASLAM_API oaslam_status oaslam_map_save(const oaslam_map* map, const char* path);
-/* The same as bytes, to be sent or kept elsewhere. `bytes` belong to the map, until it is destroyed
- * or asked again. */
+/* Returns the bytes of the file that oaslam_map_save writes. `bytes` belong to the map, until
+ * the map is destroyed or this function is called again. */
 OASLAM_API oaslam_status oaslam_map_to_bytes(oaslam_map* map, const uint8_t** bytes, size_t* count);
 OASLAM_API oaslam_status oaslam_map_from_bytes(const uint8_t* bytes, size_t count,
                                                oaslam_map** map);
-/* The world of its coordinates. */
+/* The world of the map's coordinates. */
 OASLAM_API uint32_t oaslam_map_world(const oaslam_map* map);
 OASLAM_API int32_t oaslam_map_is_metric(const oaslam_map* map);
-/* Where the metre follows from the usual sizes of objects: its standard deviation, divided by it;
- * else 0. */
+/* The relative standard deviation of the metre, where it follows from the usual sizes of
+ * objects; else 0. */
 OASLAM_API double oaslam_map_unit_sigma(const oaslam_map* map);
-/* The length of the unit by the usual sizes of the objects (oaslam::ScaleEstimate). OASLAM_REFUSED
- * where it is not to be believed. */
+/* The length of the unit by the usual sizes of the objects (oaslam::ScaleEstimate). Returns
+ * OASLAM_REFUSED where the estimate is not reliable. */
 OASLAM_API oaslam_status oaslam_map_estimate_scale(const oaslam_map* map,
                                                    oaslam_scale_estimate* estimate);
+/* `edited` becomes the map after a change to one of its objects; `map` stays. */
+OASLAM_API oaslam_status oaslam_map_edit_object(const oaslam_map* map, uint32_t object,
+                                                const oaslam_object_edit* edit,
+                                                oaslam_map** edited);
+/* Merges two maps that partly show the same place, in the frame of the first
+ * (oaslam::MergeMaps). Returns OASLAM_REFUSED where the transformation between the maps is not
+ * known. */
+OASLAM_API oaslam_status oaslam_map_merge(const oaslam_map* first, const oaslam_map* second,
+                                          oaslam_map** merged);
+/* The numbers of oaslam::MapFormat. */
+typedef enum {
+  OASLAM_PLY = 0,
+  OASLAM_GLTF = 1,
+  OASLAM_TUM = 2,
+  OASLAM_COLMAP = 3,
+  OASLAM_NERFSTUDIO = 4
+} oaslam_map_format;
+OASLAM_API oaslam_status oaslam_map_export(const oaslam_map* map, oaslam_map_format format,
+                                           const char* path);
 /* All elements of a kind, in the order of their ids or names; `count` tells how many. Made with the
  * first call. NULL where there are none. */
 OASLAM_API const oaslam_object* oaslam_map_objects(const oaslam_map* map, size_t* count);
@@ -290,10 +427,11 @@ OASLAM_API const oaslam_keyframe* oaslam_map_keyframes(const oaslam_map* map, si
 /* oaslam::RelocalizeOptions; NULL instead of it: the defaults. */
 typedef struct {
   oaslam_relocalization_mode mode;
-  const oaslam_pose* prior;    /* where the camera may be, or NULL */
-  const oaslam_camera* camera; /* of the image, or NULL: the Slam's; a localizer finds it */
-  int32_t unknown_camera;      /* the camera is found with the pose */
-  int32_t follow;              /* boxes of a film, by a Slam */
+  const oaslam_pose* prior; /* where the camera may be, or NULL */
+  /* Of the image; NULL: a Slam uses its own camera, a localizer estimates the camera. */
+  const oaslam_camera* camera;
+  int32_t unknown_camera; /* the camera is found with the pose */
+  int32_t follow; /* the boxes belong to a video: earlier ones count, too; with a Slam only */
 } oaslam_relocalize_options;
 
 /* oaslam::RelocalizationResult. */
@@ -303,15 +441,17 @@ typedef struct {
   oaslam_pose world_from_cam; /* where it was found */
   double confidence, sigma_position;
   int32_t inlier_points, matched_objects;
-  int32_t has_camera; /* that was unknown, and found */
+  int32_t has_camera; /* whether `camera` is set: the camera was unknown, and was found */
   oaslam_camera camera;
 } oaslam_relocalization;
 
-/* OASLAM_OK also where the image is not found: `evidence` tells, and oaslam_error why not. */
+/* OASLAM_OK also where the image is not found: `evidence` tells this, and oaslam_error the
+ * reason. */
 OASLAM_API oaslam_status oaslam_slam_relocalize(oaslam_slam* slam, const oaslam_image* image,
                                                 const oaslam_relocalize_options* options,
                                                 oaslam_relocalization* found);
-/* Of a map that the localizer keeps, which may be destroyed. */
+/* Makes a localizer in a map. The localizer keeps the map's content, so that the caller may
+ * destroy the handle `map`. */
 OASLAM_API oaslam_status oaslam_localizer_create(const oaslam_map* map,
                                                  oaslam_localizer** localizer);
 OASLAM_API void oaslam_localizer_destroy(oaslam_localizer* localizer);

@@ -14,8 +14,9 @@ namespace oaslam {
 // How an image is looked for in a map.
 struct RelocalizeOptions {
   RelocalizationMode mode = RelocalizationMode::kPointsAndObjects;
-  // The camera's supposed pose, world_from_cam. The image's points are looked for there first, but
-  // the answer must hold without it. RelocalizationMode::kObjects ignores it.
+  // The camera's supposed pose, world_from_cam. Landmarks are searched around the prior first, but
+  // a pose that is found there must pass the same acceptance test as any other.
+  // RelocalizationMode::kObjects ignores it.
   std::optional<Rigid3> prior{};
   // The image's camera, if it is another one than that of the Slam.
   std::optional<Camera> camera{};
@@ -23,9 +24,9 @@ struct RelocalizeOptions {
   // length estimated from the image's points. Needs an image. A MapLocalizer does this wherever no
   // camera is given.
   bool unknown_camera = false;
-  // The image belongs to a film: what boxes showed in the last second counts, too. Time stamps must
-  // ascend over these calls. Without an image only, and not by a MapLocalizer, which remembers
-  // nothing.
+  // The boxes belong to a video: the boxes of the last second count, too. Time stamps must ascend
+  // over these calls. Only for calls without an image, and not for a MapLocalizer, which keeps no
+  // state between calls.
   bool follow = false;
 };
 
@@ -40,9 +41,10 @@ struct RelocalizationResult {
   // were used.
   double object_score = 0, object_margin = 0;
   int inlier_points = 0, matched_objects = 0;
-  // Of the best hypothesis, accepted or not. Relative to the part of the map around it: the map's
-  // own error, which TrackingResult::covariance estimates, is not in it. `sigma_position`:
-  // SigmaOfPosition of it; SigmaOfRotation gives the angle.
+  // The covariance of the best hypothesis, accepted or not. It is relative to the part of the map
+  // around the pose, and does not include the map's own error, which TrackingResult::covariance
+  // does. `sigma_position` is SigmaOfPosition of this covariance; SigmaOfRotation gives the sigma
+  // of the rotation.
   PoseCovariance covariance = PoseCovariance::Zero();
   double sigma_position = 0;
   // A hypothesis.
@@ -58,11 +60,12 @@ struct RelocalizationResult {
   // confirm one that objects alone would not prefer.
   std::vector<Candidate> candidates;
   PoseEvidence candidates_are_by =
-      PoseEvidence::kNone;         // kPoints or kObjects; kNone without candidates
-  std::string why_not;             // empty where a pose was found; a sentence, may have commas
-  std::optional<Camera> camera;    // the camera that was found, where it was unknown
-  double focal_sigma_px = 0;       // of that camera; 0 where it is one of the map's
-  double ms_features = 0, ms = 0;  // for key points; and for the search, after these
+      PoseEvidence::kNone;       // kPoints or kObjects; kNone without candidates
+  std::string why_not;           // empty where a pose was found; a sentence, may have commas
+  std::optional<Camera> camera;  // the camera that was found, where it was unknown
+  double focal_sigma_px = 0;     // of that camera; 0 where it is one of the map's
+  // Time for extracting key points; and for the search that follows.
+  double ms_features = 0, ms = 0;
 };
 
 }  // namespace oaslam

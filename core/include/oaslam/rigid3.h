@@ -40,12 +40,13 @@ struct Rigid3 {
   // Of cam_from_world: the camera centre in the world.
   Eigen::Vector3d OriginInSource() const { return rotation.conjugate() * -translation; }
 
-  // Whether it is a rigid motion: its numbers are finite, and its quaternion has length 1 but for
+  // Whether this is a rigid motion: its numbers are finite, and its quaternion has length 1 up to
   // rounding.
   bool IsValid() const { return translation.allFinite() && IsUnit(rotation); }
-  // Of a quaternion: false also where it is not finite.
+  // Whether a quaternion has length 1 up to rounding; false also where it is not finite.
   static bool IsUnit(const Rotation& rotation) {
-    constexpr double kRounding = 1e-3;  // of files with few digits; far less than any other mistake
+    // Errors of files with few digits are smaller, those of a wrong quaternion far larger.
+    constexpr double kRounding = 1e-3;
     return std::abs(rotation.norm() - 1) <= kRounding;
   }
 

@@ -17,6 +17,7 @@
 #include "oaslam/ids.h"
 #include "oaslam/image_input.h"
 #include "oaslam/map_snapshot.h"
+#include "oaslam/object_edit.h"
 #include "oaslam/relocalization_result.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/slam_state.h"
@@ -46,7 +47,13 @@ struct TrackedPoint {
 };
 
 // Mapping has stopped, because memory ran out or an invariant of the map was violated; what() says
-// which. The map is as it was before the failed step, and can be saved.
+// which. The map is as it was before the failed step, and can be saved:
+//
+//   try {
+//     slam.Process(input);
+//   } catch (const MappingError&) {
+//     slam.Save("until_here.map");
+//   }
 class OASLAM_API MappingError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -54,11 +61,18 @@ class OASLAM_API MappingError : public std::runtime_error {
 
 // Monocular SLAM with points and objects. Only one thread at a time may use it; other threads read
 // States(). Take SlamConfig::Live() for a camera, SlamConfig::Offline() for recordings. A
-// moved-from Slam may only be destroyed or assigned to.
+// moved-from Slam may only be destroyed or assigned to:
+//
+//   Slam slam(SlamConfig::Live(), LoadCamera("camera.yaml"));
+//   while (const auto image = source->Next()) {
+//     const TrackingResult result = slam.Process({image->image, image->timestamp});
+//     if (const auto world_from_cam = result.PoseIn(result.world)) Draw(*world_from_cam);
+//   }
+//   slam.Save("room.map");
 //
 // Waiting. In live mode, Process, AddDetections, the functions that only read, and those that find
 // a single image do not wait for mapping unless their comment says so. Save and the functions that
-// change or replace the map (anchors, SetMetresPerUnit, SetMapping, SetClassRelations,
+// change or replace the map (anchors, EditObject, SetMetresPerUnit, SetMapping, SetClassRelations,
 // ForceRelocalization, Load, Reset, the destructor) wait until the queued keyframes, at most eight,
 // are in the map.
 //
@@ -109,8 +123,9 @@ class OASLAM_API Slam {
 
   // Finds one image in the map, independent of all others; the map is not changed, and tracking
   // goes on where it was. Without an image it is looked for by its boxes alone. The time stamp is
-  // used with `options.follow` only; ForceRelocalization forgets the images followed. A map that
-  // does not change is read faster, and by many threads at once, by a MapLocalizer.
+  // used with `options.follow` only; ForceRelocalization drops the evidence of the images followed
+  // so far. A map that does not change is read faster, and by many threads at once, by a
+  // MapLocalizer.
   RelocalizationResult Relocalize(const ImageInput& input, const RelocalizeOptions& options = {});
 
   // Which evidence Process uses to find the camera again after tracking was lost.
@@ -124,22 +139,23 @@ class OASLAM_API Slam {
   // them by those of the file.
   void SetClassNames(std::map<int, std::string> names);
 
-  // What the images given to Process are called, and where they are: saved with the map, which
-  // tells its recordings apart when it is continued with other images.
+  // Sets the name of the recording whose images Process gets, and where these images are. Both are
+  // saved with the map, so that it can tell its recordings apart after images of another recording
+  // have extended it.
   void NameRecording(const std::string& name, const std::string& images);
 
   // Parts of the images that move with the camera, such as a bonnet or a robot's chassis: nothing
-  // there is used. `mask` is 8-bit grey, of the camera's size; 0 hides. An empty one lets such
-  // parts be found by the images given to Process, as without this call: what does not move while
-  // the rest does, in a connected part, over seconds; a warning says which. One without a 0 hides
-  // nothing, and none is looked for. Throws InputError for a mask of another size or type, or one
-  // that hides all.
+  // there is used. `mask` is 8-bit grey, of the camera's size; 0 hides. An empty mask, the default,
+  // makes Process find such parts itself: a connected part that stays still in the image for
+  // seconds while the rest moves; a warning says where. A mask without a 0 hides nothing and
+  // switches this search off. Throws InputError for a mask of another size or type, or one that
+  // hides all.
   void SetMask(const cv::Mat& mask);
 
-  // Which classes move, and which are parts of others; saved with the map. Objects of classes that
-  // move are neither mapped nor tracked: they are removed from the map, and key points in their
-  // boxes are not used (where detections come with the image). Load replaces the relations by those
-  // of the file.
+  // Sets which classes can move, and which are parts of others; saved with the map. Objects of
+  // classes that move are neither mapped nor tracked: they are removed from the map, and key points
+  // in their boxes are not used (where detections come with the image). Load replaces the relations
+  // by those of the file.
   void SetClassRelations(const ClassRelations& relations);
 
   // How often each of the map's objects was seen while the map was not changed (without mapping, or
@@ -156,26 +172,31 @@ class OASLAM_API Slam {
   // a loaded one does. Waits until everything seen is in the map. Throws InputError for a number
   // that is not finite and above 0, and while there is no map.
   void SetMetresPerUnit(double metres);
-  // The same by the usual sizes of its objects (MapSnapshot::EstimateScale of Snapshot or
-  // WholeMap). The map keeps how sure its unit is. Throws InputError also where the estimate has no
-  // success, or is by no object.
+  // Scales the map to metres by the usual sizes of its objects (MapSnapshot::EstimateScale of
+  // Snapshot or WholeMap). The map keeps the standard deviation of its unit. Throws InputError also
+  // where the estimate has failed or rests on no object.
   void SetMetresPerUnit(const ScaleEstimate& estimate);
 
   // What the ray of a pixel of the newest image meets (MapSnapshot::Cast); nothing where that image
   // has no pose. Throws InputError for a pixel that is not in the image.
   std::vector<RayHit> Cast(const Eigen::Vector2d& pixel) const;
 
-  // Virtual content in the map, saved with it. A map that has some stays the one in which the
-  // camera is looked for: while it is lost there, no other submap gives a pose. It moves as the map
-  // moves: with bundle adjustment, with loops, and with the object it stands on.
+  // The anchors of virtual content, which are saved with the map. A submap with anchors stays the
+  // main one: while the camera is lost in it, no other submap gives a pose. Anchors move with the
+  // map in bundle adjustment and loop closing, and with the object on which they stand.
   std::vector<AnchorPose> Anchors() const;
-  // The edits of anchors wait until everything seen is in the map, since an earlier snapshot may
-  // have another scale. In live mode these are at most eight keyframes.
+  // The edits of anchors wait until all queued keyframes are in the map, since an earlier snapshot
+  // may have another scale. In live mode at most eight keyframes are queued.
   [[nodiscard]] AnchorReport PlaceAnchor(const AnchorRequest& request);
-  // Refused where there is no anchor of this name, and where an edit cannot be.
+  // Refused where there is no anchor of this name, and where a value of the edit is not valid.
   [[nodiscard]] AnchorReport EditAnchor(const std::string& name, const AnchorEdit& edit);
   // Refused where there is no anchor of this name.
   [[nodiscard]] AnchorReport RemoveAnchor(const std::string& name);
+
+  // Renames an object, merges it with another one that is the same thing, or removes it. Waits for
+  // the queued keyframes, as PlaceAnchor does. Throws InputError as EditObject of map_editing.h
+  // does.
+  void EditObject(ObjectId object, const ObjectEdit& edit);
 
   // The map that the last call worked with, without other submaps and without trajectory.
   // Does not wait for mapping.
@@ -183,14 +204,15 @@ class OASLAM_API Slam {
   // The map as Save writes it: all submaps, and the trajectory so far. Waits as Save does.
   MapSnapshot WholeMap() const;
 
-  // The key points of the newest image, with the landmarks that agree with its pose; where its pose
-  // is by the camera's motion alone, the landmarks of the image before, where they must be. Without
-  // a pose by points no point has a landmark; without an image it is empty.
+  // The key points of the newest image, each with its landmark if that agrees with the pose. Where
+  // dead reckoning needed no key points, the landmarks of the last image that had some, at the
+  // pixels where they project. Without a pose by points no point has a landmark; without an image
+  // the result is empty.
   std::vector<TrackedPoint> TrackedPoints() const;
 
   // What a viewer shows of the newest image; known to the library alone.
   struct View;
-  // It, for MapViewer.
+  // Returns that view of the newest image, for MapViewer.
   std::shared_ptr<const View> NewestView() const;
 
   // The newest result and map, for other threads; both are replaced after each image and after each
@@ -198,8 +220,8 @@ class OASLAM_API Slam {
   SlamStates States() const;
 
   // The present poses of the frames given to Process, by time stamp: they move as the map is
-  // corrected. Frames in other submaps than the main one are missing until the submaps are
-  // joined. Of those that came while no map was made (SetMapping), about the newest 100 000 are
+  // corrected. Frames in other submaps than the main one are missing until the submaps are joined.
+  // Of the frames given while mapping was off (SetMapping), about the newest 100 000 poses are
   // kept.
   std::vector<StampedPose> Trajectory() const;
 
@@ -208,8 +230,8 @@ class OASLAM_API Slam {
 
   // Waits until everything seen is in the map, and optimises it a last time on the caller's thread,
   // which takes seconds for a room and minutes for a building. Process may be called again
-  // afterwards. Where a lost camera began several submaps, the largest one is the map from
-  // now on: Snapshot().world() tells, and Trajectory is in it.
+  // afterwards. Where a lost camera began several submaps, the largest one is the map from now on;
+  // Snapshot().world() is its world, in which Trajectory is, too.
   void Finish();
   // Writes all submaps, and the trajectory so far; calling Finish before makes the map
   // better. Waits until the keyframes made so far are in the map. The file is replaced as a whole,
@@ -221,8 +243,8 @@ class OASLAM_API Slam {
   // once images link them. The settings stay (SetMapping, SetRelocalizationMode). If it throws,
   // nothing has changed.
   void Load(const std::string& path, int submap = 0);
-  // The same of a map that is in memory, which both share until one changes. The index of a
-  // MapLocalizer's map is shared, too.
+  // Replaces the map by one that is in memory. Slam and the snapshot share it until Slam changes
+  // it, and also share the place index of a MapLocalizer's map.
   void Load(const MapSnapshot& map);
 
   // Forgets the map and all images: the next image begins a new map and may have any time stamp.

@@ -1,11 +1,16 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "oaslam/export.h"
+#include "oaslam/ids.h"
 #include "oaslam/map_snapshot.h"
 #include "oaslam/tracking_result.h"
+#include "oaslam/types.h"
 
 namespace oaslam {
 
@@ -18,9 +23,31 @@ struct SlamState {
   MapSnapshot map;
 };
 
+// What happened to a Slam. kState, kWorld: TrackingResult::state or TrackingResult::world changed,
+// also by Load or Reset; kAnchorPlaced, kAnchorRemoved: a name of an anchor was added or removed
+// (renaming an anchor does both); kAnchorEdited: another model, size or place was given.
+enum class SlamEventKind { kState, kWorld, kAnchorPlaced, kAnchorEdited, kAnchorRemoved };
+// "state", "world", "anchor placed", "anchor edited", "anchor removed".
+OASLAM_API const char* ToString(SlamEventKind kind);
+
+// An event, with what holds after it.
+struct SlamEvent {
+  uint64_t number = 0;  // from 1, ascending by 1
+  SlamEventKind kind = SlamEventKind::kState;
+  int frame = -1;                              // TrackingResult::frame of the newest image
+  TrackingState state = TrackingState::kLost;  // after the event
+  WorldId world;                               // after the event
+  std::string anchor{};                        // its name; empty for other events
+};
+
 // Gives the newest state of a Slam, result and map of one moment, to other threads or to its own.
 // Any thread may call every function at any time without a lock, also after the Slam is destroyed.
-// Copies refer to the same Slam.
+// Copies refer to the same Slam:
+//
+//   const SlamStates states = slam.States();
+//   std::shared_ptr<const SlamState> newest;
+//   while (!states.HasEnded())
+//     if (const auto next = states.WaitForNext(newest, 100ms)) Draw(newest = next);
 class OASLAM_API SlamStates {
  public:
   // The newest state; never null. Never waits for Slam.
@@ -32,6 +59,14 @@ class OASLAM_API SlamStates {
   // its last state.
   std::shared_ptr<const SlamState> WaitForNext(const std::shared_ptr<const SlamState>& last,
                                                std::chrono::milliseconds timeout) const;
+  // Returns the events with larger numbers than this one, the oldest first. Slam keeps the newest
+  // 1000 events:
+  //
+  //   for (const SlamEvent& event : states.EventsAfter(last)) {
+  //     if (event.kind == SlamEventKind::kState) Show(event.state);
+  //     last = event.number;
+  //   }
+  std::vector<SlamEvent> EventsAfter(uint64_t number) const;
 
  private:
   friend class Slam;

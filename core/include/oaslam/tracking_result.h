@@ -10,10 +10,11 @@
 
 namespace oaslam {
 
-// What a pose rests on. kMap: landmarks were looked for in the image; kMotion: the camera's motion
-// since the map gave its pose, up to some tenths of a second before, or while the state is
-// kOdometry; kObjects: mapped objects in the image; kRegistration: the camera's motion, placed by
-// several images around it that were found by objects or points; kNone: there is no pose.
+// The source of a pose. kMap: landmarks of the map that were matched in the image; kMotion: dead
+// reckoning from a pose that the map gave up to some tenths of a second before, or longer ago while
+// the state is kOdometry, or before there is a map (kPreliminary); kObjects: mapped objects in the
+// image; kRegistration: the camera's motion, placed by several images around it that were found by
+// objects or points; kNone: there is no pose.
 enum class PoseSource { kNone, kMap, kMotion, kObjects, kRegistration };
 
 // "none", "map", "motion", "objects", "registration".
@@ -24,14 +25,15 @@ struct PoseElsewhere {
   WorldId world;
   TrackingState state = TrackingState::kLost;
   Rigid3 world_from_cam;
-  // In a world that was joined, that of the pose in TrackingResult::world: how well the two are
-  // known to lie to each other (mostly to some percent of the distance) is not in it.
+  // For a world that was joined, the covariance of the pose in TrackingResult::world, in this
+  // world's unit. It does not include the error of the transformation between the two worlds
+  // (mostly some percent of the distance).
   PoseCovariance covariance = PoseCovariance::Zero();
   bool is_uncertain = false;
   double confidence = 0;  // probability that the pose is right
   double depth = 0;       // median depth of what supports the pose; 0 without any
 
-  // Multiplies all lengths, as those of the world were.
+  // Multiplies all lengths by `factor`, after the unit of the world has changed.
   void ScaleLengths(double factor) {
     world_from_cam.translation *= factor;
     depth *= factor;
@@ -44,11 +46,11 @@ struct TrackingResult {
   int frame = 0;  // counted from 0 since the start, Load or Reset; -1: no image yet
   double timestamp = 0;
   TrackingState state = TrackingState::kLost;
-  // The world of the map, in which the pose is. It changes where a lost camera goes on in another
-  // submap, which may be joined with the first once that is seen again (not while a map was
-  // loaded, has anchors or is in metres); where the map is joined with one that is in metres; and
-  // by SetMetresPerUnit, Load and Reset. Content in coordinates of an application's own belongs to
-  // the world in which it was made; anchors (PlaceAnchor) move with their map.
+  // The world of the map, in which the pose is. The world changes when a lost camera continues in
+  // another submap (never while the map was loaded, has anchors or is in metres; the submaps may be
+  // joined once the camera sees the first one again), when the map is joined with one in metres,
+  // and by SetMetresPerUnit, Load and Reset. An application must keep the world with its own
+  // coordinates; anchors (PlaceAnchor) move with their map.
   WorldId world;
 
   // world_from_cam: the camera's pose in a world, in map units (OpenCV axes: x right, y down, z
@@ -59,10 +61,10 @@ struct TrackingResult {
       if (other.world == asked) return other.world_from_cam;
     return std::nullopt;
   }
-  // Its pose in each world that the application was told of and whose map was joined with this one,
-  // as these lay to each other when they were joined: what was made there keeps its place. And
-  // while another submap grows, since the camera was lost in `world`: its pose in the world of
-  // that, as soon as it is tracked there; the last one.
+  // The camera's poses in other worlds that earlier results have named. For each world whose submap
+  // was joined with the main one: the pose by the transformation at the joining, so that content
+  // made in that world keeps its place. While the camera is lost in `world` and another submap
+  // grows, the last element is the pose in that submap, if it is tracked there.
   std::vector<PoseElsewhere> elsewhere;
   // Whether the camera has a pose in `world`.
   bool HasPose() const { return world_from_cam_.has_value(); }
@@ -70,17 +72,17 @@ struct TrackingResult {
   void SetPose(const std::optional<Rigid3>& world_from_cam) { world_from_cam_ = world_from_cam; }
 
   PoseSource source = PoseSource::kNone;
-  // PoseCovariance says its frame and axes. 0 without a pose. What a loop will correct is in it as
-  // far as the odometry knows how well it holds the scale (docs/lab/uncertainty.md).
+  // The covariance of the pose, in the frame and axes that PoseCovariance documents; 0 without a
+  // pose. It includes drift, which a loop closure would correct, as far as the odometry can
+  // estimate its scale drift (docs/lab/uncertainty.md).
   PoseCovariance covariance = PoseCovariance::Zero();
-  // The pose may be off by far more than the covariance says: it is preliminary, its confidence is
-  // below .9, its sigma without what the scale may have lost a tenth of the depth, the motion alone
-  // has carried it on for .2 s, or it is in a part of the map that hardly anything ties to the
-  // rest. That ends where the camera sees again what it saw before.
+  // The error of the pose may be far larger than the covariance says: the pose is preliminary, its
+  // confidence is below .9, its position sigma without scale drift exceeds a tenth of the depth,
+  // dead reckoning has lasted .2 s, or few landmarks connect this part of the map with the rest.
+  // The flag is cleared when the camera sees a known part of the map again.
   bool is_uncertain = false;
   double confidence = 0;  // probability that the pose is right (RelocalizationResult)
-  // While the camera's motion carries the pose on (kOdometry): seconds since the map gave it; else
-  // 0.
+  // During dead reckoning (kOdometry): seconds since the map last gave a pose; else 0.
   double seconds_without_map = 0;
   // Median depth of what supports the pose, map units: of landmarks, of the objects in the image,
   // or of the points that the odometry follows; 0 where none is known.
@@ -89,7 +91,9 @@ struct TrackingResult {
   // of Slam's own. Nothing as long as it is not known.
   std::optional<double> motion_unit;
 
-  int keypoints = 0;  // of the image; 0 where none were needed, as it was carried by the motion
+  // Number of key points of the image; 0 where the pose is by dead reckoning and none were
+  // extracted.
+  int keypoints = 0;
   // Landmarks found in the image, and those of them that agree with the pose; nothing where none
   // were looked for.
   std::optional<int> matched, inliers;
@@ -98,8 +102,8 @@ struct TrackingResult {
   double ms_total = 0, ms_features = 0, ms_track = 0, ms_objects = 0;
   double cpu_ms = 0;  // CPU time from image in to pose out; mapping not counted
 
-  // Makes this the result of another world, in which the camera has a pose, too. What landmarks
-  // and motion tell of the former one goes.
+  // Replaces the pose by the camera's pose in another world, and clears the numbers of landmarks
+  // and the motion unit, which were of the former world.
   void GoTo(const PoseElsewhere& there) {
     world = there.world;
     state = there.state;
@@ -114,7 +118,7 @@ struct TrackingResult {
     matched.reset();
     inliers.reset();
   }
-  // Multiplies all lengths, as those of the map were.
+  // Multiplies all lengths by `factor`, after the unit of the map has changed.
   void ScaleLengths(double factor) {
     if (world_from_cam_) world_from_cam_->translation *= factor;
     depth *= factor;

@@ -19,8 +19,8 @@ struct StampedPose {
 // KITTI's poses (with their times.txt beside them) are read, too. Sorted by time on return. Throws
 // InputError naming path and line.
 OASLAM_API std::vector<StampedPose> LoadTrajectory(const std::string& path);
-// Writes that format. Throws InputError where the file cannot be written, or a number of a pose is
-// not finite.
+// Writes a trajectory in TUM format. Throws InputError where the file cannot be written, or a
+// number of a pose is not finite.
 OASLAM_API void SaveTrajectory(const std::string& path, const std::vector<StampedPose>& poses);
 
 // A candidates.txt line: TUM columns and a score.
@@ -28,9 +28,9 @@ struct ScoredPose {
   StampedPose pose;
   double score = 0;
 };
-// Writes such lines. Throws InputError where the file cannot be written.
+// Writes the lines of a candidates.txt. Throws InputError where the file cannot be written.
 OASLAM_API void SaveScoredPoses(const std::string& path, const std::vector<ScoredPose>& poses);
-// Reads them. Throws InputError naming path and line.
+// Reads the lines of a candidates.txt. Throws InputError naming path and line.
 OASLAM_API std::vector<ScoredPose> LoadScoredPoses(const std::string& path);
 
 }  // namespace oaslam

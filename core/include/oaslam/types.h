@@ -54,12 +54,12 @@ struct Ellipsoid {
   Rigid3::Rotation rotation = Rigid3::Rotation::Identity();
 };
 
-// How the pose of an image was found. kInitializing: not, there is no map yet; kTracking: from the
-// previous image; kRelocalized: in the map, after the camera was lost; kObjects: while it is lost,
-// without points: by objects alone, or by images before that were found in the map and the motion
-// since (PoseSource tells which); kLost: not found; kOdometry: by the camera's motion since it was
-// last seen in the map, so that the error grows; kPreliminary: by the motion that explains the
-// first images best, before there is a map.
+// How the pose of an image was found. kInitializing: there is no map yet, and no pose; kTracking:
+// by tracking from the previous image; kRelocalized: by a search in the map after the camera was
+// lost; kObjects: the camera is lost, and the pose is by objects alone, or by dead reckoning from
+// earlier images that were found in the map (PoseSource tells which); kLost: no pose was found;
+// kOdometry: by dead reckoning since the map last gave a pose, so that the error grows;
+// kPreliminary: before there is a map, by the motion that explains the first images best.
 enum class TrackingState {
   kInitializing,
   kTracking,
@@ -70,7 +70,7 @@ enum class TrackingState {
   kPreliminary
 };
 
-// Whether the camera is not followed by points of the map: then objects may tell where it is.
+// Whether the camera is lost: no landmarks give its pose, but objects may (kObjects).
 constexpr bool IsLost(TrackingState state) {
   return state == TrackingState::kLost || state == TrackingState::kObjects;
 }

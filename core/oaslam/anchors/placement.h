@@ -16,17 +16,18 @@ struct Placement {
 // Why content cannot have this size (map units); empty if it can.
 std::string ProblemOfSize(double size);
 
-// Where a ray meets the plane of the landmarks about it.
+// Where a ray meets the plane of the landmarks around it.
 struct MapSurface {
   Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
   KeyframeId keyframe;  // that sees most of the plane's landmarks
 };
-// The plane that most landmarks in a cone around the ray fit, without those of mapped objects: of
-// the narrowest cone, of 2 to 16 degrees, in which enough of them do. `direction` has length 1.
+// The plane fitted to most landmarks in a cone around the ray, landmarks of mapped objects
+// excluded. Cones of 2, 4, 8 and 16 degrees are tried, and the narrowest one with enough landmarks
+// in a plane is used. `direction` has length 1.
 std::optional<MapSurface> SurfaceAlong(const Map& map, const Eigen::Vector3d& origin,
                                        const Eigen::Vector3d& direction);
 
-// Why a pose that is given is no place.
+// The message that refuses a pose at which no anchor can be placed.
 extern const char* const kNoPose;
 
 // Finds a place for content. On a mapped object: on its top, upright, facing the ray's origin.
@@ -35,8 +36,8 @@ extern const char* const kNoPose;
 // map and request only.
 Placement FindPlace(const Map& map, const AnchorRequest& request);
 
-// An anchor at this pose, world_from_anchor, carried by the nearest keyframe; nothing in a map
-// without keyframes, or for what is no pose (Rigid3::IsValid).
+// An anchor at this pose, world_from_anchor, relative to the nearest keyframe; nothing in a map
+// without keyframes, or for a pose that is not valid (Rigid3::IsValid).
 std::optional<Anchor> AnchorAt(const Map& map, const Rigid3& pose);
 
 }  // namespace oaslam

@@ -30,7 +30,7 @@ struct BoxMeasurement {
 // The four edges of the projected ellipsoid minus those of the box, one-sided where truncated, in
 // units of the 10 detector pixels at which Huber's kernel begins (kHuberPx), with analytic
 // derivatives. Parameter blocks, in this order: the keyframe's pose, unless `fixed_pose` is given;
-// the shape, if it is `free_shape`.
+// the shape, if `free_shape` is true.
 class BoxEdgeCost final : public ceres::CostFunction {
  public:
   BoxEdgeCost(const BoxMeasurement& measured, const Ellipsoid& ellipsoid, bool free_shape,

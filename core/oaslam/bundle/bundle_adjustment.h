@@ -20,12 +20,12 @@ struct BundleCorrection {
   int iterations = 0;
 };
 
-// Adjusts `newest`, its most covisible keyframes, and all landmarks they see; other keyframes that
-// see these landmarks and the map's first keyframe are fixed. Two stages: the first with Huber's
-// kernel; the second, if there are more than a few outliers (chi^2 > 5.991, or behind the camera),
-// without kernel and without outliers. `config.objects` adds the boxes of mapped objects (paper,
-// section "Integrating Objects in Bundle Adjustment"), which always have the kernel. The time grows
-// with `max_keyframes`, the number of keyframes that are not fixed.
+// Adjusts `newest`, its most covisible keyframes, and all landmarks that these keyframes see. The
+// map's first keyframe and all other keyframes that see these landmarks are fixed. Two stages: the
+// first with Huber's kernel; the second, if there are more than a few outliers (chi^2 > 5.991, or
+// behind the camera), without kernel and without outliers. `config.objects` adds the boxes of
+// mapped objects (paper, section "Integrating Objects in Bundle Adjustment"), which always have the
+// kernel. The time grows with `max_keyframes`, the number of keyframes that are not fixed.
 BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest,
                                        const BundleConfig& config, int max_keyframes = 25);
 
@@ -41,7 +41,7 @@ std::vector<std::vector<KeyframeId>> AdjustmentWindows(const Map& map);
 
 // Adjusts the keyframes of a window (ascending) and all landmarks they see; the other keyframes
 // that see most of these, and the map's first keyframe, are fixed. A window of all keyframes is a
-// global bundle adjustment. `stop`: as there.
+// global bundle adjustment. `stop`: as for GlobalBundleAdjustment.
 BundleCorrection WindowBundleAdjustment(const Map& map, const std::vector<KeyframeId>& window,
                                         int iterations, const BundleConfig& config,
                                         const std::stop_token& stop = {});
@@ -51,7 +51,7 @@ BundleCorrection WindowBundleAdjustment(const Map& map, const std::vector<Keyfra
 void ApplyCorrection(const BundleCorrection& correction, Map& map);
 
 // Applies a correction that was computed from an earlier state of the map, `corrected`: keyframes
-// and landmarks that were added since move along with their neighbours of then.
+// and landmarks that were added after that state move with their neighbours in `corrected`.
 void ApplyLateCorrection(const BundleCorrection& correction, const Map& corrected, Map& map);
 
 }  // namespace oaslam

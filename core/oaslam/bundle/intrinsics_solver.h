@@ -47,7 +47,7 @@ MinimizationReport MinimizeWithIntrinsics(std::span<const RollingMeasurement> me
                                           IntrinsicsState& state);
 
 // The information matrix (inverse covariance) of the shared parameters, given measurements of unit
-// variance and the prior, with unknown poses and points: the Schur complement of these.
+// variance and the prior, with unknown poses and points, which a Schur complement eliminates.
 Eigen::Matrix<double, kShared, kShared> InformationOnIntrinsics(
     std::span<const RollingMeasurement> measurements, const IntrinsicsPrior& prior,
     const IntrinsicsState& state);

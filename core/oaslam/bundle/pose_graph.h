@@ -12,8 +12,9 @@ namespace oaslam {
 struct PoseGraphEdge {
   int from = 0, to = 0;  // indices of nodes
   Similarity to_from_from;
-  double held = 1;   // 1 / sigma of the translation and of the scale
-  double depth = 1;  // of the scene there, typical: errors of the translation are relative to it
+  double held = 1;  // 1 / sigma of the translation and of the scale
+  // Typical depth of the scene at this edge: errors of the translation are relative to this depth.
+  double depth = 1;
   // If it is false, only the rotation and the centre of `to` relative to `from` count.
   bool is_scale_known = true;
 };

@@ -43,7 +43,7 @@ class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
   bool active_ = true;
 };
 
-// The same for a fixed pose.
+// The cost of ReprojectionCost for a fixed pose.
 class FixedPoseReprojectionCost final : public ceres::SizedCostFunction<2, 3> {
  public:
   FixedPoseReprojectionCost(const Camera& camera, const Rigid3& cam_from_world,

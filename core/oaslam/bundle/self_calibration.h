@@ -20,9 +20,9 @@ struct SelfCalibrationOptions {
   // Prior standard deviation of the readout time of a rolling shutter, around 0; 0: there is no
   // rolling shutter.
   double readout_sigma_s = 0;
-  // Compares parts of the walk to estimate the standard deviation. Without this comparison the
-  // calibration takes a third of the time, and its standard deviation is that of one map, which can
-  // be bent as a whole.
+  // Compares parts of the recording to estimate the standard deviation. Without this comparison the
+  // calibration takes a third of the time, and its standard deviation is that of one map, whose
+  // shape can be bent as a whole.
   bool compares_parts = true;
 };
 
@@ -33,8 +33,9 @@ struct SelfCalibration {
   bool success = false;
   std::string why_not;
   Camera camera;
-  // 1 sigma; it accounts for correlated errors of neighbours in an image, and for how much parts of
-  // the walk differ (if these were compared). Infinite: not determined.
+  // 1 sigma; it accounts for correlated errors of neighbouring points in an image, and for how much
+  // the calibrations by parts of the recording differ (if these were compared). Infinite: not
+  // determined.
   double focal_sigma_px = std::numeric_limits<double>::infinity();
   double readout_s = 0, readout_sigma_s = 0;  // of a rolling shutter, where it was estimated
   double rmse = 0;                            // of the inliers, in units of the key points' scale

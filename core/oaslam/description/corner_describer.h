@@ -18,15 +18,16 @@ struct ScaledCorner {
   float scale = 1;  // size of a pixel of the corner's level, in pixels of the image; above 0
 };
 
-// Describes corners by the learned network of train/: what they look like in the image, or in one
-// made smaller by 2 or 4, whichever is nearest to the corner's scale. It knows no rotation; an
-// image is described upright. Not thread-safe: it has buffers. OpenCV runs the convolutions on as
-// many threads as cv::setNumThreads allows; the number of threads does not change a descriptor.
-// Another processor or version of OpenCV may round a value the other way.
+// Computes learned descriptors of corners by the network of train/, from the image or from a copy
+// scaled down by 2 or 4, whichever is nearest to the corner's scale. The descriptors are not
+// invariant to rotation; the image is never rotated. Not thread-safe: it has buffers. OpenCV runs
+// the convolutions on as many threads as cv::setNumThreads allows; the number of threads does not
+// change a descriptor. Another processor or version of OpenCV may round a value the other way.
 class CornerDescriber {
  public:
-  // `weights`: bytes of a file that train/export.py wrote, not needed afterwards; those built in by
-  // default. Throws InputError where they are those of another file, or damaged.
+  // `weights`: the bytes of a file that train/export.py wrote, by default those built into the
+  // program; they are not needed afterwards. Throws InputError where the bytes are of another file,
+  // or damaged.
   explicit CornerDescriber(std::string_view weights = DescriptorWeights());
   ~CornerDescriber();
   CornerDescriber(CornerDescriber&&) noexcept;

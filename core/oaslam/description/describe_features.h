@@ -10,11 +10,11 @@
 namespace oaslam {
 
 // The features with learned descriptors of these key points (ascending), instead of those that they
-// had. `image`: the camera's, at any resolution of the same shape. Thread-safe; takes 30 ms on one
-// core for 640 x 480 pixels.
+// had. `image`: the camera's image, at any resolution with the same aspect ratio. Thread-safe;
+// takes 30 ms on one core for 640 x 480 pixels.
 Features Described(const Features& features, const Camera& camera, const GreyImage& image,
                    std::span<const uint16_t> keypoints);
-// The same of all key points.
+// Describes all key points of `features`.
 Features Described(const Features& features, const Camera& camera, const GreyImage& image);
 
 }  // namespace oaslam

@@ -28,8 +28,8 @@ class MapNetwork {
   struct Maps {
     CellMap fine, coarse;  // cells of 4 and 8 pixels; at least 4 x 4
   };
-  // Of a grey image of any size but 0. They are valid until the next call. Throws cv::Exception
-  // where memory is short.
+  // Computes the maps of a grey image of any size but 0. The maps are valid until the next call.
+  // Throws cv::Exception where memory is short.
   Maps Run(const cv::Mat& grey);
 
  private:
@@ -37,7 +37,7 @@ class MapNetwork {
 
   cv::dnn::Net net_;
   cv::Mat input_;           // floats, 1 x 1 x rows x columns
-  cv::Mat sums_, squares_;  // of the pixels in the window about each pixel
+  cv::Mat sums_, squares_;  // of the pixels in the window around each pixel
 };
 
 }  // namespace oaslam

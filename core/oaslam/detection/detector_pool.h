@@ -20,7 +20,8 @@ class DetectorPool {
  public:
   using Detect = std::function<std::vector<Detection>(const cv::Mat&)>;
 
-  // One function for each thread, which calls no other; at least one.
+  // `detectors` has one function for each thread, at least one; a thread calls only its own
+  // function.
   explicit DetectorPool(std::vector<Detect> detectors);
   // Images that wait are given up: their futures are broken promises.
   ~DetectorPool();
@@ -29,8 +30,9 @@ class DetectorPool {
   // The image must not be changed meanwhile.
   std::future<std::vector<Detection>> Add(const cv::Mat& image);
 
-  // As many images of this size as may be added beyond the one that is asked for next: four for
-  // each thread, so that all are busy, but not more than 256 MiB of them, as long as it is one.
+  // How many images of this size a caller should add ahead of the image whose result it waits for:
+  // four for each thread, which keeps all threads busy, but at most 256 MiB of images, and at least
+  // one.
   size_t MostAhead(const cv::Mat& image) const;
 
   int images() const;      // number of images processed

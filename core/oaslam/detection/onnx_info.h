@@ -11,7 +11,7 @@ namespace oaslam {
 
 // Information in an ONNX file that does not depend on the library that runs its network.
 struct OnnxInfo {
-  // Of the first input that is no weight; 0 for an open dimension.
+  // The shape of the first input that is no weight; 0 for a dimension that the file leaves open.
   std::vector<int64_t> input_shape;
   std::map<std::string, std::string> metadata;  // metadata_props
 };

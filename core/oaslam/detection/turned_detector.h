@@ -11,8 +11,8 @@
 
 namespace oaslam {
 
-// Detectors are trained on upright images. A turn is a number of clockwise quarters, 0 to 3, that
-// brings an image upright.
+// Detectors are trained on upright images. A turn is the number of clockwise quarter turns, 0 to 3,
+// that bring an image upright.
 
 // The turn of an image in which gravity has this direction (OpenCV's axes); nothing where the
 // camera looks so far up or down that no side is up.
@@ -22,9 +22,9 @@ cv::Mat Turned(const cv::Mat& image, int turn);
 // Converts what was found in a turned image to pixels of the image, which has this size.
 void TurnBack(int turn, const cv::Size& size, std::vector<Detection>& detections);
 
-// A detector for images that may all be turned in one way, which is not known: the first images are
-// looked at in all four turns, and the one that gives the better boxes is kept, with a message.
-// Images as they are are preferred. One image at a time.
+// A detector for images that may all be turned by the same unknown number of quarters. It looks at
+// the first images in all four turns, keeps the turn that gives the better boxes, and logs it. It
+// prefers not to turn the images. One image at a time.
 class TurnedDetector {
  public:
   using Detect = std::function<std::vector<Detection>(const cv::Mat&)>;

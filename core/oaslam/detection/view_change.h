@@ -24,12 +24,13 @@ class ViewChange {
 // constancy of brightness (Horn and Schunck 1981) a grey level changes by motion times gradient;
 // over gradients in all directions, the mean change is 2/pi of the motion times their mean length.
 // Where all have one direction, up to pi/2 of the motion is measured, or nothing. Only small
-// motions are told apart: large ones give some percent.
+// motions are measured: for any large motion the result is a few percent.
 double ShareMoved(const cv::Mat& from, const cv::Mat& to);
 
-// Whether a detector should look at an image of a lost camera, which is found by a few views of
-// objects: ten times a second, and twice a second once it is lost for long; a fifth as often where
-// the view is still that of `last`, which it looked at last. Times in seconds of the time stamps.
+// Whether a detector should look at an image of a lost camera, for which a few views of objects
+// suffice: ten times a second, twice a second after five seconds of being lost, and a fifth as
+// often while the view is still that of `last`, the image that the detector looked at last. Times
+// in seconds of the time stamps.
 bool HelpsLostCamera(double lost_for_s, double since_last_s, const cv::Mat& last,
                      const cv::Mat& image);
 

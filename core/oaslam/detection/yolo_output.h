@@ -42,8 +42,9 @@ std::vector<float> MaskCoefficients(const cv::Mat& output, const OutputFormat& f
 // Non-maximum suppression within each class; best scores first.
 std::vector<Candidate> SuppressPerClass(const std::vector<Candidate>& candidates, double max_iou);
 
-// Where a box is found twice, once for each of two classes that the better one may have, the other
-// one is dropped and counts as its label. `candidates`: best scores first, and so is the result.
+// Joins two candidates with nearly the same box, if the class of the one with the lower score is
+// among the other labels of the better one: drops the former, and raises the score of that label.
+// `candidates`: best scores first, and so is the result.
 std::vector<Candidate> JoinLabels(const std::vector<Candidate>& candidates);
 
 }  // namespace oaslam

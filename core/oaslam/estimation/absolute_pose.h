@@ -13,8 +13,8 @@ namespace oaslam {
 
 struct AbsolutePoseOptions {
   int max_iterations = 1000;  // enough for a share of inliers of a fifth (IterationsFor)
-  // Bound for inliers: three sigmas. The final bound is 5.991; the pose of three noisy points is
-  // rough.
+  // Bound for inliers within RANSAC: three sigmas, wider than the final bound of 5.991, since a
+  // pose from three noisy points is rough.
   double max_chi2 = 9;
   int min_inliers = 10;  // three points always fit: seven others must agree
 };

@@ -42,7 +42,8 @@ double EvaluateCost(std::span<const BoxView> views, const Ellipsoid& ellipsoid,
 Eigen::Matrix<double, 4, 3> ShapePriorRows(double weight_px, bool horizontal_pair);
 
 // In detector pixels (DetectorPixel), in which residuals of boxes are weighed.
-constexpr double kPriorWeightPx = 30;  // sigma of a log axis about 1/3 at the noise of 10
+// Sigma of a log axis is about 1/3 where a box edge has 10 px of noise.
+constexpr double kPriorWeightPx = 30;
 constexpr double kHuberPx = 10;  // 2.5 sigma of a box's edge (4): beyond it an edge is an outlier
 
 }  // namespace oaslam

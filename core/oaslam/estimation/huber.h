@@ -21,8 +21,8 @@ inline Loss LossOf(double chi2, double huber_chi2) {
 }
 
 // The pseudo-Huber loss (Hartley and Zisserman 2004, A6.8), a smooth version of the absolute
-// residual, and its weight. About the squared residual `corner_chi2` it turns from a parabola into
-// a line; 0: no robust loss.
+// residual, and its weight. Near the squared residual `corner_chi2` the loss changes from a
+// parabola to a line; 0: no robust loss.
 inline Loss PseudoHuberLossOf(double chi2, double corner_chi2) {
   if (corner_chi2 <= 0) return {chi2, 1};
   const double root = std::sqrt(1 + chi2 * (1 / corner_chi2));

@@ -27,7 +27,7 @@ class ObjectScore {
   double operator()(const Box& detected, unsigned char truncated, const Box& predicted,
                     const Eigen::Vector4d& edge_variance) const;
 
-  // The same with one variance for all edges, which is faster.
+  // The score with one variance for all edges, which is faster.
   double WithCommonVariance(const Box& detected, unsigned char truncated, const Box& predicted,
                             double edge_variance) const;
 

@@ -21,7 +21,8 @@ struct PointObservation {
 // The prior of a pose: what is known before points are seen.
 struct ExpectedPose {
   Rigid3 cam_from_world;
-  double sigma_position = 1;  // standard deviations: in the unit of the world; in rad
+  // Standard deviation in the unit of the world; that of sigma_rotation is in rad.
+  double sigma_position = 1;
   double sigma_rotation = 1;
 
   PoseCovariance Covariance() const;

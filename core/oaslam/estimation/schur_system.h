@@ -42,9 +42,9 @@ class SchurSystem {
     landmarks_.push_back({hessian, LandmarkMatrix::Zero(), gradient, cross_.size()});
   }
 
-  // Solves the equations with their diagonal multiplied by 1 + damping: `move_pose(pose, step)`,
-  // then `move_landmark(landmark, step)` for each. False, and nothing moved, where they cannot be
-  // solved.
+  // Solves the equations with their diagonal multiplied by 1 + damping. Calls
+  // `move_landmark(landmark, step)` for each landmark, then `move_pose(pose, step)` for each pose.
+  // Returns false, and calls neither, where the equations cannot be solved.
   template <typename MovePose, typename MoveLandmark>
   bool Step(double damping, MovePose&& move_pose, MoveLandmark&& move_landmark) {
     Eigen::MatrixXd system = hessian_;

@@ -18,7 +18,8 @@ struct ScalePrior {
 struct PosePair {
   Rigid3 cam_from_a, cam_from_b;
   double sigma = 1;  // standard deviation of its position in b, map units
-  // Lengths of b over those of a, by points whose depths from this camera both maps know.
+  // The ratio of lengths in b to lengths in a, by points whose depth from this camera is known in
+  // both maps.
   std::optional<ScalePrior> scale{};
 };
 

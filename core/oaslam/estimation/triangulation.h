@@ -20,7 +20,7 @@ std::optional<TriangulatedPoint> TriangulateRays(const Rigid3& second_from_first
                                                  const Eigen::Vector3d& ray_first,
                                                  const Eigen::Vector3d& ray_second);
 
-// The same in the world's frame.
+// Triangulates a point from two rays and returns it in the world's frame.
 std::optional<TriangulatedPoint> TriangulateRays(const Rigid3& first_from_world,
                                                  const Rigid3& second_from_world,
                                                  const Eigen::Vector3d& ray_first,

@@ -31,8 +31,8 @@ class DescriptorIndex {
   size_t size() const { return labels_.size(); }
 
  private:
-  // Of 256 bits, 16 tables can have keys of 16 different bits: 65536 buckets each. More tables find
-  // more neighbours, and take as much more time and memory.
+  // With 256 bits, 16 tables can have disjoint keys of 16 bits, and thus 65536 buckets each. More
+  // tables find more neighbours, in proportionally more time and memory.
   static constexpr int kTables = 16;
   struct Table {
     std::vector<uint8_t> bits;    // bit positions that form the key

@@ -44,12 +44,12 @@ struct PyramidScales {
   double working_pixel() const { return scale[0]; }
   // The scale of a level relative to the lowest.
   double Relative(int level) const { return scale[level] / scale[0]; }
-  // The level at which something first fully visible at `max_distance` appears at `distance`,
-  // within [0, levels).
+  // The pyramid level at which a point appears at `distance`, if it appears at level 0 at
+  // `max_distance`; within [0, levels).
   int PredictLevel(double distance, double max_distance) const;
 };
 
-// By which descriptors points are compared.
+// The descriptors by which points are compared.
 enum class Appearance { kOrb, kLearned };
 
 // Learned descriptors (description/) of some key points of an image.

@@ -20,8 +20,8 @@ struct GreyImage {
   }
 };
 
-// An 8-bit grey image with pixels of its own, black at first, and `border` more beyond each edge,
-// which may be read and written, too.
+// An 8-bit grey image that owns its pixels, which are black at first. It has `border` more pixels
+// beyond each edge, which may be read and written, too.
 class GreyBuffer {
  public:
   GreyBuffer() = default;

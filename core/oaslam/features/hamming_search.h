@@ -10,8 +10,9 @@
 
 namespace oaslam {
 
-// Descriptors by their half bytes, so that the processor compares many of them at a time: it looks
-// up how many bits differ in a half byte, which it does fast also where it cannot count bits.
+// Descriptors stored by half bytes, so that vector instructions compare many of them at a time:
+// they look up the number of differing bits of a half byte in a table, which is fast also on a
+// processor without vectorised popcount.
 class DescriptorColumns {
  public:
   static constexpr size_t kBlock = 64;      // descriptors
@@ -42,8 +43,8 @@ constexpr size_t kComparedTogether = 4;
 void CompareWithAll(std::span<const Descriptor> descriptors, const DescriptorColumns& among,
                     std::array<DistanceRow, kComparedTogether>& rows);
 
-// Replaces `found` by the indices, in their order, whose distance is below `bound`, or below their
-// own among `bounds` (one for each distance).
+// Replaces `found` by the indices, ascending, whose distance is below the larger of `bound` and the
+// index's own element of `bounds`, which has one for each distance.
 void FindBelow(const DistanceRow& row, const std::vector<uint8_t>& bounds, uint8_t bound,
                std::vector<int>& found);
 

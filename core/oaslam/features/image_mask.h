@@ -18,8 +18,8 @@ class ImageMask {
       for (int x = 0; x < width_; ++x) hidden_.push_back(visible.Row(y)[x] == 0);
   }
 
-  // Whether a place is hidden that is at these shares of the image's width and height, from the
-  // upper left corner.
+  // Whether the mask hides the place at (x, y), given as shares of the image's width and height
+  // from the upper left corner.
   bool Hides(double x, double y) const {
     if (hidden_.empty()) return false;
     const auto at = [](double share, int size) {

@@ -21,11 +21,12 @@ class OrbExtractor {
   // `image` has the camera's size. `count`: about how many key points. Not const, since buffers are
   // reused.
   Features Extract(const GreyImage& image, int count);
-  // No key points from now on whose patch reaches into what the mask hides.
+  // From now on drops key points whose patch reaches into what the mask hides.
   void SetMask(const ImageMask& mask) { mask_ = mask; }
-  // A copy of the image that was given last, at the resolution of the lowest level.
+  // A copy of `image`, which must be the one that Extract processed last, at the resolution of the
+  // lowest level.
   GreyBuffer WorkingImage(const GreyImage& image) const;
-  // No key points, with the same pyramid and bounds.
+  // Features without key points, with the pyramid and bounds of this extractor.
   Features Nothing() const;
 
  private:

@@ -4,11 +4,12 @@
 
 namespace oaslam {
 
-// They scale an image to the size of `resized`, edge to edge. Every processor gives the same bits:
-// they use integers, or floats without fused multiply-add.
+// The functions below scale an image to the size of `resized`, edge to edge. Every processor gives
+// the same bits, since these functions use integers, or floats without fused multiply-add.
 
 // Interpolates linearly between the four nearest pixels. Where it scales down, the bits are those
-// of OpenCV's INTER_LINEAR; by more than 2 it leaves out pixels. Both sizes are at least 16 x 16.
+// of OpenCV's INTER_LINEAR; where it scales down by more than 2, it skips pixels. Both sizes are at
+// least 16 x 16.
 void ResizeLinear(const GreyImage& image, GreyBuffer& resized);
 
 // Scales down: each pixel is the mean of the area that it covers.

@@ -10,7 +10,7 @@ namespace oaslam {
 
 constexpr int kMinInterpolatedWidth = 16;  // least width of a row, before and after
 
-// Sixteen pixels of a row, of which up to eight pixels of a resized row are interpolated.
+// Sixteen pixels of a row, from which up to eight pixels of a resized row are interpolated.
 struct ResizeWindow {
   static constexpr int kPixels = 16, kResults = 8;
   int first = 0;                         // of the pixels
@@ -19,8 +19,8 @@ struct ResizeWindow {
 };
 
 // Interpolates a row, to 1/128 grey levels. `weights` are those of the right pixels, in 1/2048.
-// Each window writes kResults, of which the next one may overwrite some: `weights` and `results`
-// have room for so many more.
+// Each window writes kResults values, some of which the next window may overwrite; `weights` and
+// `results` therefore need kResults elements more than the row has.
 void InterpolateInRow(const uint8_t* row, std::span<const ResizeWindow> windows,
                       const int16_t* weights, int16_t* results);
 

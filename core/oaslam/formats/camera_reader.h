@@ -40,8 +40,8 @@ struct CameraReader {
   // [width, height]
   void ReadSizeList(Camera& camera, const char* list) const;
   void ReadFocal(Camera& camera, CameraKeys fx, CameraKeys fy, CameraKeys cx, CameraKeys cy) const;
-  // Refuses keys beside these (words with blanks between them), and those that begin as one of
-  // `rest` does: they could be about the lens.
+  // Refuses every key that is neither in `known` (words separated by blanks) nor begins with one of
+  // `rest`, since an unknown key could be about the lens.
   void CheckKeys(std::string_view known, CameraKeys rest = {}) const;
   // Refuses values other than 0 for keys that the model does not have.
   void CheckZero(CameraKeys keys, const std::string& model) const;

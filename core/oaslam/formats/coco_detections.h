@@ -8,7 +8,7 @@
 namespace oaslam {
 
 // Reads a list of COCO results, or COCO's annotations with the images' names. `path`: of the file,
-// beside which the names may be, and for messages. Throws InputError.
+// for messages; a file with the names may lie beside it. Throws InputError.
 DetectionFile ReadCoco(const nlohmann::json& root, const std::string& path);
 
 }  // namespace oaslam

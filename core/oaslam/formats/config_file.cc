@@ -20,7 +20,7 @@ namespace {
 
 std::vector<std::string> KnownKeys() {
   std::vector<std::string> keys;
-  SlamConfig config;
+  SlamConfig config = SlamConfig::Offline();
   VisitFields(config,
               [&](const char* name, const auto&, const auto&...) { keys.emplace_back(name); });
   return keys;

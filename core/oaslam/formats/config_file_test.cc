@@ -9,7 +9,7 @@ namespace {
 struct ConfigFile : FolderTest {};
 
 TEST_F(ConfigFile, SetsWhatItNamesAndKeepsTheRest) {
-  SlamConfig config;
+  SlamConfig config = SlamConfig::Offline();
   config.runner.seed = 7;
   LoadConfig(
       folder.Write(
@@ -27,19 +27,19 @@ TEST_F(ConfigFile, SetsWhatItNamesAndKeepsTheRest) {
 }
 
 TEST_F(ConfigFile, AKeyMayNameItsSection) {
-  SlamConfig config;
+  SlamConfig config = SlamConfig::Offline();
   LoadConfig(folder.Write("c.yaml", "tracking.min_inliers: 20\n"), config);
   EXPECT_EQ(config.tracking.min_inliers, 20);
 }
 
 TEST_F(ConfigFile, CommentsAloneSetNothing) {
-  SlamConfig config;
+  SlamConfig config = SlamConfig::Offline();
   LoadConfig(folder.Write("c.yaml", "# tracking:\n#   min_inliers: 20\n"), config);
-  EXPECT_EQ(ConfigToYaml(config), ConfigToYaml({}));
+  EXPECT_EQ(ConfigToYaml(config), ConfigToYaml(SlamConfig::Offline()));
 }
 
 TEST_F(ConfigFile, AllProblemsAtOnceAndNothingSet) {
-  SlamConfig config;
+  SlamConfig config = SlamConfig::Offline();
   const std::string error = InputErrorOf([&] {
     LoadConfig(folder.Write("c.yaml",
                             "features:\n  count: 1500\n  resolution: 3.5\ntracking:\n  min_inlier: "
@@ -54,11 +54,11 @@ TEST_F(ConfigFile, AllProblemsAtOnceAndNothingSet) {
                  "c.yaml:6: tracking.max_object_sigma: \"many\", expected a number",
                  "runner.mode: \"fast\", allowed: sequential | lockstep | live",
                  "runner.lag: 0, allowed: 1 to 1000"));
-  EXPECT_EQ(config.features.count, SlamConfig().features.count);
+  EXPECT_EQ(config.features.count, SlamConfig::Offline().features.count);
 }
 
 TEST_F(ConfigFile, SettingIsAsStrictAsTheFile) {
-  SlamConfig config;
+  SlamConfig config = SlamConfig::Offline();
   ApplySetting("runner.mode=sequential", config);
   ApplySetting("objects.min_score = 0.4", config);
   EXPECT_EQ(config.runner.mode, RunnerMode::kSequential);
@@ -73,10 +73,10 @@ TEST_F(ConfigFile, SettingIsAsStrictAsTheFile) {
 }
 
 TEST_F(ConfigFile, RoundTrip) {
-  SlamConfig config;
+  SlamConfig config = SlamConfig::Offline();
   config.relocalization.min_score = 0.1 + 1e-13;
   config.runner.mode = RunnerMode::kLive;
-  SlamConfig copy;
+  SlamConfig copy = SlamConfig::Offline();
   LoadConfig(folder.Write("c.yaml", ConfigToYaml(config)), copy);
   EXPECT_EQ(copy.relocalization.min_score, config.relocalization.min_score);
   EXPECT_EQ(ConfigToYaml(copy), ConfigToYaml(config));

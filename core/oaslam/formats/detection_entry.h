@@ -17,8 +17,8 @@ namespace oaslam {
 // The content of a file. Throws InputError.
 nlohmann::json ParseDetections(const std::string& path);
 
-// Boxes that cannot be used: a few are left out, more of them tell that a file is not what it is
-// taken for.
+// Counts boxes that cannot be used: a few are left out, many mean that the file is in another
+// format.
 class LeftOut {
  public:
   // Calls `read`; false where it refused a box.
@@ -38,7 +38,7 @@ struct JsonPlace {
 
   // These throw InputError.
   [[noreturn]] void Refuse(const std::string& problem) const;
-  // If there is a problem with the value of this key.
+  // Calls Refuse if `problem`, about the value of this key, is not empty.
   void RefuseIf(const std::string& problem, const char* key) const;
   const nlohmann::json& Member(const nlohmann::json& object, const char* key) const;
   double Number(const nlohmann::json& value, const char* key) const;

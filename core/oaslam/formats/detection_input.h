@@ -13,13 +13,16 @@ struct DetectionFile {
   std::vector<ImageDetections> images;
   ClassNames categories{};  // the names that COCO's "categories" give; empty: there are none
   bool is_coco = false;     // COCO results; else OA-SLAM's own form
-  // Images are numbers, of which no list tells the names: MatchedToImages may know them.
+  // The file identifies images by numbers, and has no list of their names; MatchedToImages may find
+  // the names.
   bool has_numbers_for_names = false;
 };
 
-// Reads what LoadDetections reads, whose doubts it logs. Throws InputError.
+// Reads the files that LoadDetections reads. The result tells what is ambiguous in the file;
+// LoadDetections logs it. Throws InputError.
 DetectionFile ReadDetectionFile(const std::string& path);
-// For use without images: throws InputError where only these could tell the names.
+// For use without images: throws InputError where only the images could tell the names
+// (has_numbers_for_names).
 void CheckNames(const DetectionFile& file, const std::string& path);
 
 // How the 80 classes of COCO are numbered.

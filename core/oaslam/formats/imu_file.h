@@ -10,9 +10,9 @@
 
 namespace oaslam {
 
-// How the camera lies to the gyroscope beside it, as its calibration file says: EuRoC's T_BS (the
-// body is the gyroscope) or Kalibr's T_cam_imu. Nothing where it does not say so, and for
-// "fov:DEGREES". Throws InputError where the matrix is no rotation.
+// The rotation from the gyroscope's axes to those of the camera, which a calibration file gives as
+// EuRoC's T_BS (the body is the gyroscope) or Kalibr's T_cam_imu. Nothing where the file has
+// neither, and for "fov:DEGREES". Throws InputError where the matrix is no rotation.
 std::optional<Eigen::Quaterniond> LoadCameraFromImu(const std::string& camera);
 
 // The pose of the camera on the body, EuRoC's T_BS; nothing where the file does not have it. Throws

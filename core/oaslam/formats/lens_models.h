@@ -9,8 +9,9 @@
 
 namespace oaslam {
 
-// Lens models of calibration files. Ours are read as they are; another one is converted to the
-// closest of ours, which is said, or refused where that is not accurate enough.
+// Lens models of calibration files. The two of LensModel are read as they are. Another model is
+// converted to the closest of the two, with a log message, or refused where the conversion is not
+// accurate enough.
 
 // The longest side of an image that is read, pixels; CheckCalibration has the bounds.
 inline constexpr int kMaxSide = 1'000'000;
@@ -29,7 +30,8 @@ LensModel LensModelOf(const std::string& name, const LensPlace& place);
 // of a pinhole, k1 k2 k3 k4 of a fisheye. The rest of the camera must be set. Throws InputError.
 void SetDistortion(Camera& camera, std::span<const double> values, const LensPlace& place);
 
-// The same for a lens in a model of another kind, whose name is for messages.
+// Sets the distortion to approximate `lens`, a lens in another model; `name`: of that model, for
+// messages.
 void SetLens(Camera& camera, const LensFunction& lens, const std::string& name,
              const LensPlace& place);
 

@@ -9,12 +9,12 @@
 
 namespace oaslam {
 
-// Reads a whole text file, as UTF-8 without a mark at its beginning: a mark tells UTF-16, which is
-// converted. Throws InputError when it cannot be read, or is larger than 1 GiB.
+// Reads a whole text file and returns it as UTF-8 without a byte order mark. A file with the mark
+// of UTF-16 is converted. Throws InputError when it cannot be read, or is larger than 1 GiB.
 std::string ReadTextFile(const std::string& path);
-// Writes to `path`.tmp and renames it, so that a full disk or a killed process leaves the old file
-// intact. What is no regular file, such as /dev/stdout, is written directly. Throws InputError when
-// the content cannot be written completely.
+// Writes to a temporary file beside `path` and renames it, so that a full disk or a killed process
+// leaves the old file intact. What is no regular file, such as /dev/stdout, is written directly.
+// Throws InputError when the content cannot be written completely.
 void WriteTextFile(const std::string& path, const std::string& content);
 
 // A finite decimal number and nothing else; independent of the locale.
@@ -24,11 +24,11 @@ std::vector<std::string_view> SplitFields(std::string_view line);
 // Lines without their ends (LF or CRLF).
 std::vector<std::string_view> SplitLines(std::string_view text);
 
-// Whether the beginning of a file may be that of a text: no control characters but blanks and ends
-// of lines, and no line that is longer than a path can be.
+// Whether the beginning of a file may be that of a text: UTF-16, or no control characters except
+// tabs and line ends, and no line of more than 8192 bytes, twice the longest path.
 bool LooksLikeText(std::string_view head);
-// On one line, without control characters; its end is left out where it is beyond `max_bytes`. No
-// UTF-8 character is cut.
+// Puts a text on one line, without control characters. A text of more than `max_bytes` is cut
+// between UTF-8 characters and ends in "...".
 std::string OnOneLine(std::string text, size_t max_bytes);
 // Text of a file for a message: in quotes, on one line, at most 60 bytes, which leaves room for
 // path, key and bound in a line of a terminal.
@@ -38,7 +38,7 @@ std::string Quoted(std::string_view text);
 std::string BaseName(const std::string& path);
 // The extension with its dot, in lower case.
 std::string LowerExtension(const std::string& path);
-// A name without its extension; ".363181" of a time stamp is no extension, since that
+// A name without its extension; ".363181" of a time stamp is no extension, since an extension
 // starts with a letter.
 std::string WithoutExtension(const std::string& name);
 

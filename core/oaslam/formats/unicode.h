@@ -8,8 +8,8 @@ namespace oaslam {
 // C), as opposed to macOS, which lists an umlaut as a letter and a mark. What is no UTF-8 stays.
 std::string Composed(const std::string& name);
 
-// The file itself where it is there; else the one whose name, or that of a folder above it, is the
-// same but for the normal form, if there is one alone; else the path as it is.
+// Returns `path` if the file exists. Else returns the only existing path that differs from `path`
+// just in the Unicode normal form of its names; else, or where several do, `path` itself.
 std::string FileInEitherForm(const std::string& path);
 
 }  // namespace oaslam

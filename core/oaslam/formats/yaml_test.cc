@@ -61,7 +61,7 @@ void WithPipe(const std::string& text, const std::function<void(const std::strin
 }
 
 TEST(Yaml, FilesAreReadOnce) {
-  SlamConfig config;
+  SlamConfig config = SlamConfig::Offline();
   WithPipe("tracking: {min_inliers: 20}\n",
            [&](const std::string& path) { LoadConfig(path, config); });
   EXPECT_EQ(config.tracking.min_inliers, 20);

@@ -18,8 +18,8 @@ double ShareInside(const Box& box, const Box& bounds);
 // since nothing is visible beyond a truncated edge.
 Box ClipAtTruncation(const Box& predicted, const Box& detected, unsigned char truncated);
 
-// Boxes are areas: the pixel coordinate of a box's edge, and of its centre, is half a pixel less
-// (docs/formats.md).
+// Boxes are areas: the pixel coordinate of a box's edge or centre is half a pixel less than its box
+// coordinate (docs/conventions.md).
 constexpr double kBoxFromPixel = 0.5;
 
 inline Eigen::Vector2d CenterPixel(const Box& box) {

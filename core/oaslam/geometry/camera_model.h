@@ -13,9 +13,11 @@ namespace oaslam {
 // by these functions.
 
 // Converts a pixel of the original image to the ideal pinhole image (which is unbounded). Where the
-// lens model has no inverse (IdealImage::Undistort tells) the result is only finite.
+// lens model has no inverse (IdealImage::Undistort tells where), the result is finite but has no
+// meaning.
 Eigen::Vector2d Undistort(const Camera& camera, const Eigen::Vector2d& pixel);
-// The same, faster for many pixels: `max_lens_angle` is the result of MaxLensAngle.
+// Undistort for many pixels of one camera, which is faster: `max_lens_angle` is the result of
+// MaxLensAngle.
 Eigen::Vector2d Undistort(const Camera& camera, double max_lens_angle,
                           const Eigen::Vector2d& pixel);
 

@@ -24,7 +24,7 @@ class IdealImage {
   // The share of a box of the ideal image that is in the original one; 0 for an empty box.
   double ShareShown(const Box& box) const;
 
-  // The bounding box of that part.
+  // The bounding box of the part of the ideal image that the camera shows.
   const Box& bounds() const { return bounds_; }
 
  private:

@@ -17,8 +17,9 @@ struct LensFit {
 };
 
 // The camera of one of our lens models that is closest to `lens`, up to 88 degrees from the axis.
-// `frame`: image size, focal lengths and principal point with which `lens` gives pixels, and the
-// name. The focal lengths and the principal point of the result are its own.
+// `frame`: the image size and name of the result, and the focal lengths and principal point that
+// convert values of `lens` to pixels; the result has focal lengths and a principal point of its
+// own.
 LensFit FitLens(const LensFunction& lens, const Camera& frame);
 
 }  // namespace oaslam

@@ -17,7 +17,8 @@ struct DistortedPoint {
 };
 DistortedPoint DistortPoint(const Camera& camera, const Eigen::Vector2d& undistorted);
 
-// The inverse; only finite where there is none. `max_lens_angle`: the result of MaxLensAngle.
+// The inverse of DistortPoint; where there is none, the result is finite but has no meaning.
+// `max_lens_angle`: the result of MaxLensAngle.
 Eigen::Vector2d UndistortPoint(const Camera& camera, double max_lens_angle,
                                const Eigen::Vector2d& distorted);
 

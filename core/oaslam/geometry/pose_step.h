@@ -17,13 +17,14 @@ inline Eigen::Quaterniond RotationOf(const Eigen::Vector3d& w) {
                    : Eigen::Quaterniond::Identity();
 }
 
-// exp(w) * pose + t: its derivative by the step, of a point x in the camera frame, is
-// [I | -[x]x] (Barfoot 2017, 7.3).
+// exp(w) * pose + t for the step (t, w). The derivative of a point p in the camera frame by the
+// step is [I | -Skew(p)] (Barfoot 2017, 7.3).
 inline Rigid3 Moved(const Rigid3& cam_from_world, const PoseVector& step) {
   return Rigid3(RotationOf(step.tail<3>()), step.head<3>()) * cam_from_world;
 }
 
-// The derivative by the step of what depends on a point p in the camera frame.
+// The derivative by the step of a function of a point p in the camera frame, whose derivative by p
+// is `by_p`.
 inline Eigen::Matrix<double, 2, 6> DerivativeByPose(const Eigen::Matrix<double, 2, 3>& by_p,
                                                     const Eigen::Vector3d& p) {
   Eigen::Matrix<double, 2, 6> by_pose;

@@ -10,12 +10,14 @@ namespace oaslam {
 // into 16.
 int UsedBits(const cv::Mat& image);
 
-// An image of 16 bits in 8, of which `bits` are used; brighter pixels are white.
+// Converts an image of 16 bits a pixel, of which the lowest `bits` are used, to 8 bits; larger
+// values become white.
 cv::Mat InEightBits(const cv::Mat& image, int bits);
 
-// Looks at a few image files of a recording before they are read: returns how many of 16 bits they
-// use (16 where they have 8), the same for all images, and says so, unless `quiet`. Fewer than
-// `least` may be darkness: 16 then. Throws InputError where the first is the data of a sensor.
+// Looks at a few image files of a recording before they are read: returns how many of their 16 bits
+// are used, one number for all images (16 for images of 8 bits), and logs it unless `quiet`.
+// Returns 16 where fewer than `least` are used, since the images may only be dark. Throws
+// InputError where the first image is raw sensor data.
 int LookAtImages(const std::string& source, const std::vector<std::string>& paths, bool quiet,
                  int least = 8);
 

@@ -13,8 +13,9 @@ namespace oaslam {
 bool IsCamera(const std::string& source);
 
 // Reads a camera by FFmpeg. Time stamps are the stream's own, or when an image arrives where it has
-// none. A stream that breaks off is connected again, for 30 s; one of known length (a film at an
-// address) ends. Throws InputError where it cannot be opened, or has no image that can be decoded.
+// none. A stream that breaks off is reconnected for up to 30 s; one of known length (a video file
+// at an address) ends. Throws InputError where it cannot be opened, or has no image that can be
+// decoded.
 std::unique_ptr<ImageSource> OpenStream(const std::string& source,
                                         const ImageSourceOptions& options);
 

@@ -12,9 +12,10 @@ namespace oaslam {
 
 // A folder in the layout of a known dataset or recorder, and what is in it.
 struct Dataset {
-  std::string layout;               // its name, e.g. "EuRoC"
-  std::vector<ListedImage> images;  // all, with their times; empty: those of `film`
-  std::string film, camera, imu;    // paths; empty: none
+  std::string layout;  // its name, e.g. "EuRoC"
+  // All images, with their times; empty where the images are in the video `film`.
+  std::vector<ListedImage> images;
+  std::string film, camera, imu;  // paths; empty: none
   // Reads the true poses, camera to world, with the times of the images; empty: there are none.
   // Throws InputError.
   std::function<std::vector<StampedPose>()> truth;
@@ -28,7 +29,7 @@ std::vector<std::string> DatasetLayouts();
 // is not in the layout that is asked for, and for files in it that are damaged.
 std::optional<Dataset> FindDataset(const std::string& folder, const ImageSourceOptions& options);
 
-// The film in such a folder; else the source itself.
+// The path of the video in a dataset's folder; for any other source, the source itself.
 std::string FilmOf(const std::string& source, const ImageSourceOptions& options);
 
 }  // namespace oaslam

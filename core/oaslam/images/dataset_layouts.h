@@ -24,11 +24,11 @@ struct DatasetFolder {
 
 // The first three rows of a matrix. Throws InputError, which begins with `place`.
 Rigid3 PoseOfMatrix(const std::vector<double>& rows, const std::string& place);
-// Throws InputError where there is not one for each image.
+// Throws InputError where `count`, the number of `what` in a file, is not the number of images.
 void CheckCount(const std::string& path, size_t count, const char* what, const std::string& folder,
                 size_t images);
 
-// Nothing where the folder is in another layout. They throw InputError.
+// These functions return nothing where the folder is in another layout. They throw InputError.
 std::optional<Dataset> FindEuRoC(const DatasetFolder& given);
 std::optional<Dataset> FindKitti(const DatasetFolder& folder);
 std::optional<Dataset> FindSevenScenes(const DatasetFolder& folder);

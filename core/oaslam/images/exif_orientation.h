@@ -5,8 +5,8 @@
 
 namespace oaslam {
 
-// The number of clockwise quarters, 0 to 3, that bring the stored pixels of an image file upright,
-// as its EXIF orientation says; nothing where it has none, or is mirrored.
+// The number of clockwise quarter turns, 0 to 3, that bring the stored pixels of an image file
+// upright by its EXIF orientation; nothing where the file has none, or a mirrored one.
 std::optional<int> ExifTurn(const std::string& path);
 
 }  // namespace oaslam

@@ -11,8 +11,9 @@ namespace oaslam {
 inline constexpr const char* kStopFile = "stop";
 
 // The images of a folder, and those written or moved to it later: first the present ones in natural
-// order, or in that of the times that their names are, then new ones, each when it is closed. Ends
-// by the stop file, by options.follow, or when the folder is removed. Needs options.follow.
+// order, or by time where their names are times; then each new one when its file is closed. The
+// source ends by the stop file, by options.follow, or when the folder is removed. Needs
+// options.follow.
 std::unique_ptr<ImageSource> FollowFolder(const std::string& folder,
                                           const ImageSourceOptions& options);
 

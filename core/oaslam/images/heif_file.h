@@ -11,8 +11,9 @@ namespace oaslam {
 // Whether these bytes begin a HEIF file: HEIC and AVIF photos.
 bool IsHeif(const std::vector<char>& bytes);
 
-// Its main image, 8-bit, grey or BGR; empty where the file is damaged. Upright is as the file's own
-// transformations say. Throws InputError that names the path, where this system has no decoder.
+// Its main image, 8-bit, grey or BGR; empty where the file is damaged. Orientation::kUpright
+// applies the transformations that the file itself states. Throws InputError that names the path,
+// where this system has no decoder.
 cv::Mat DecodeHeif(const std::vector<char>& bytes, bool color, Orientation orientation,
                    const std::string& path);
 

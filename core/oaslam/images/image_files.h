@@ -9,9 +9,9 @@
 namespace oaslam {
 
 // 8-bit, grey or BGR; empty where the file is missing or no image. Calibrations and boxes usually
-// refer to the stored pixels. `bits`: how many an image of 16 uses (bit_depth); 0: told by it
-// alone. Throws InputError for the data of a sensor, and for a file that this system has no decoder
-// for.
+// refer to the stored pixels. `bits`: how many bits a 16-bit image uses (LookAtImages); 0: the
+// function determines it from this image alone. Throws InputError for the data of a sensor, and for
+// a file that this system has no decoder for.
 cv::Mat ReadImage(const std::string& path, bool color,
                   Orientation orientation = Orientation::kStored, int bits = 16);
 
@@ -24,8 +24,8 @@ cv::Mat InColor(const cv::Mat& image, const std::string& path, Orientation orien
 
 bool HasImageExtension(const std::string& path);
 
-// Whether a file of this name is a system's own beside the images: what macOS keeps of another file
-// (._NAME), .DS_Store, Thumbs.db and the like, hidden files, thumbnails.
+// Whether the operating system made the file of this name beside the images: macOS's metadata of
+// another file (._NAME), .DS_Store, Thumbs.db and the like, hidden files, thumbnails.
 bool IsHelperFile(const std::string& name);
 
 // Images a second where nothing tells their times; that of most cameras.
@@ -34,8 +34,8 @@ inline constexpr double kDefaultFps = 30;
 // "2.png" before "10.png": runs of digits compare as numbers.
 bool NaturalLess(const std::string& a, const std::string& b);
 
-// A folder below this one, the first of their names, at most two levels deep, that has images;
-// empty where there is none.
+// The first, by path, of the folders with images that are at most two levels below this one; empty
+// where there is none.
 std::string FolderOfImagesBelow(const std::string& folder);
 
 // The images of a folder, in natural order. Helper files and files that are no images, whatever

@@ -15,13 +15,14 @@ namespace oaslam {
 std::optional<std::vector<ListedImage>> ListAll(const std::string& source,
                                                 const ImageSourceOptions& options);
 
-// The images of a list file, and those of a folder, of which the names end in `end` before their
-// extensions. As above.
+// ReadList returns the images of a list file; ListFolder those of a folder whose names without
+// extension end in `end`. Both order them as ListAll does.
 std::vector<ListedImage> ReadList(const std::string& path, const ImageSourceOptions& options);
 std::vector<ListedImage> ListFolder(const std::string& folder, const ImageSourceOptions& options,
                                     const std::string& end = "");
-// Gives images their times: those of their names, by which they are sorted then, or by the rate in
-// their order. Whether names are times is said.
+// Sets the times of images. Where their names are times, sorts the images by these and uses them;
+// without such names, or with options.fps, the times follow from the rate. Logs that names are
+// taken as times.
 void SetTimes(const std::string& source, const ImageSourceOptions& options,
               std::vector<ListedImage>& images);
 

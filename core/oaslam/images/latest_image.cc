@@ -9,6 +9,7 @@
 
 #include "oaslam/error.h"
 #include "oaslam/images/camera_source.h"
+#include "oaslam/images/playback_clock.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -41,23 +42,16 @@ class PlayedSource : public ImageSource {
   using Clock = std::chrono::steady_clock;
 
   void WaitUntilItIsTime(InputImage& image) {
-    if (!begun_) begun_ = {Clock::now(), image.timestamp};
-    const std::chrono::duration<double> since_first(image.timestamp - begun_->second);
-    auto time = begun_->first + std::chrono::duration_cast<Clock::duration>(since_first);
-    constexpr std::chrono::seconds kLongestWait(2);  // a longer gap in a recording shows nothing
-    if (const auto latest = Clock::now() + kLongestWait; time > latest) {
-      begun_->first -= time - latest;
-      time = latest;
-    }
+    using Seconds = std::chrono::duration<double>;
+    const double now = Seconds(Clock::now().time_since_epoch()).count();
+    image.taken_s = playback_.Due(image.timestamp, now);
     std::unique_lock lock(mutex_);
-    changed_.wait_until(lock, time, [this] { return is_stopped_; });
-    image.taken_s = std::chrono::duration<double>(time.time_since_epoch()).count();
+    changed_.wait_for(lock, Seconds(*image.taken_s - now), [this] { return is_stopped_; });
   }
 
   std::unique_ptr<ImageSource> source_;
   bool is_recording_;
-  // When the first image was returned, and its time stamp.
-  std::optional<std::pair<Clock::time_point, double>> begun_;
+  PlaybackClock playback_;
   std::mutex mutex_;
   std::condition_variable changed_;
   bool is_stopped_ = false;  // guarded by the mutex

@@ -4,7 +4,8 @@
 
 namespace oaslam {
 
-// Silences OpenCV while it exists: it writes to stderr, too, what it tells its caller.
+// Silences OpenCV's log while this object exists, since OpenCV writes to stderr also the errors
+// that it returns to its caller.
 class QuietOpenCv {
  public:
   QuietOpenCv() = default;

@@ -6,8 +6,8 @@
 
 namespace oaslam {
 
-// What a sensor measured, a colour in each pixel (a Bayer mosaic), is no image yet: it has to be
-// developed. These recognise it.
+// Raw sensor data, with one colour in each pixel (a Bayer mosaic), must be demosaiced before they
+// are an image. The functions below recognise raw data.
 
 // By the extension of a camera maker's file, such as .dng.
 bool HasRawExtension(const std::string& path);

@@ -4,14 +4,14 @@
 
 namespace oaslam {
 
-// The times of a live stream's images, of its own time stamps and of when they arrive. All times in
-// seconds; arrivals are of one steady clock.
+// Computes the times of a live stream's images from the stream's own time stamps and from the
+// images' arrival times. All times in seconds; arrivals are of one steady clock.
 class StreamClock {
  public:
   struct Image {
     double timestamp = 0;  // since the first image, strictly ascending
-    // Of the steady clock: when it was taken, or later. The stream does not tell how long its
-    // fastest image took.
+    // When the image was taken, or a little later, by the steady clock: the delay of the fastest
+    // image is not known, and counts as 0.
     double taken = 0;
   };
 

@@ -23,15 +23,16 @@ struct VideoContainer {
   // missing were never recorded, and nothing was cut off.
   bool ends_in_time = false;
   VideoTimes times;
-  // Width to height of a stored pixel, as players stretch the width; 1 where the file does not say,
-  // or says what no camera does (`odd_pixel_ratio`).
+  // Width to height of a stored pixel, as players stretch the width; 1 where the file states no
+  // ratio, or one that no camera has, which `odd_pixel_ratio` then holds.
   double pixel_ratio = 1, odd_pixel_ratio = 1;
   int turn_deg = 0;   // clockwise rotation that makes the stored images upright: 0, 90, 180 or 270
   std::string codec;  // e.g. "hevc"
   std::string other_streams{};  // sizes of other video streams that are no cover pictures
 };
 
-// Reads the whole file once, without decoding. Throws InputError: no video, or no decoder for it.
+// Reads the whole file once, without decoding. Throws InputError where the file has no video, or no
+// decoder for its video exists.
 VideoContainer ReadVideoContainer(const std::string& path);
 
 // Index of the time of a decoded image. `next`: one above that of the previous image. `reported`:

@@ -50,8 +50,8 @@ struct FrameMotion {
   // cam_from_odom of the odometry's keyframes as estimated with this image, by image, ascending;
   // none while the motion is preliminary.
   std::vector<std::pair<int, Rigid3>> keyframes{};
-  // With this image the odometry found that the motion it had given since the image of this number
-  // was wrong.
+  // The number of the image since which the odometry's earlier motion was wrong, if the odometry
+  // found this with the present image.
   std::optional<int> exchanged_since{};
   bool is_keyframe = false;  // of the odometry: the view has changed
   std::vector<KnownDepth> depths;
@@ -70,7 +70,7 @@ struct Frame {
   std::shared_ptr<const FrameMotion> motion{};      // null where it is not known
   // At the resolution of the features, for learned descriptors; null: there will be none.
   std::shared_ptr<const GreyBuffer> image{};
-  // No features were extracted: the pose is to be by the motion alone.
+  // No features were extracted: the pose is to be by dead reckoning.
   bool features_skipped = false;
 };
 
@@ -95,7 +95,7 @@ struct TrackedFrame {
   // Of the pose, given the landmarks.
   PoseCovariance covariance = PoseCovariance::Zero();
 
-  // Follows a map of which all lengths were multiplied by `factor`.
+  // Multiplies the lengths of this frame by `factor`, after those of the map were.
   void ScaleLengths(double factor);
 };
 

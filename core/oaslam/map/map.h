@@ -22,7 +22,7 @@
 
 namespace oaslam {
 
-// Landmarks in common that join two keyframes in the covisibility graph.
+// Least number of common landmarks that joins two keyframes in the covisibility graph.
 constexpr int kMinSharedLandmarks = 15;
 
 struct Covisible {
@@ -34,7 +34,7 @@ struct Covisible {
 // The motion of the camera from another keyframe to a keyframe, by its images alone (odometry).
 struct KeyframeMotion {
   KeyframeId from;
-  Rigid3 cam_from_cam;                            // to this keyframe
+  Rigid3 cam_from_cam;                            // this keyframe's camera from the other's
   double sigma_position = 0, sigma_rotation = 0;  // standard deviations; rotation in rad
 
   void Scale(double factor) {
@@ -60,7 +60,8 @@ struct Keyframe {
   std::optional<Eigen::Vector3d> gravity_in_cam{};  // measured, any length; not saved
   std::optional<KeyframeMotion> motion{};           // not saved
   std::optional<ScaleDrift> scale_drift{};          // not saved
-  std::shared_ptr<const GreyBuffer> image{};        // as Frame's, until described; not saved
+  // As Frame::image, until the key points have learned descriptors; not saved.
+  std::shared_ptr<const GreyBuffer> image{};
   // By entry of features->learned: z in the camera of a point that has no landmark, map units; 0
   // where there is none.
   std::vector<float> learned_depths{};
@@ -71,7 +72,7 @@ struct Keyframe {
   // Whether each described key point exists and has a descriptor and a depth, and the key points
   // ascend without repeats.
   bool HasSoundLearned() const;
-  // Multiplies all lengths but positions in the world.
+  // Multiplies all lengths except positions in the world.
   void ScaleLengths(double factor) {
     if (motion) motion->Scale(factor);
     for (float& depth : learned_depths) depth *= static_cast<float>(factor);
@@ -233,7 +234,7 @@ struct Map {
   int CountTrackedLandmarks(KeyframeId id, int min_observations) const;
   // The number of objects that are mapped.
   int CountMappedObjects() const;
-  // Median depth of those of these landmarks that are in the map; 0 without any.
+  // Median depth of the landmarks `ids`; those no longer in the map do not count; 0 without any.
   double MedianDepth(const Rigid3& cam_from_world, std::span<const LandmarkId> ids) const;
   double MedianDepth(KeyframeId id) const;  // of the landmarks that it sees
 

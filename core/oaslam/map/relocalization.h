@@ -21,7 +21,7 @@ struct PoseHypothesis {
 };
 
 // The evidence of landmarks for a pose, and against it: landmarks that are expected and not found
-// count, since windows of one look on different walls agree in hundreds of points.
+// count, since identical windows in different walls agree in hundreds of points.
 struct PointSupport {
   std::vector<LandmarkId> landmarks;  // by key point: inliers; invalid elsewhere
   int inliers = 0;
@@ -47,7 +47,8 @@ struct ObjectSupport {
   double score = 0;
   double margin = 0;  // score minus that of the best distinct pose
   double depth = 0;   // of the object the pose came from, map units
-  // Sigma of the position by objects / mean distance to those matched; 1 without any.
+  // Sigma of the position by objects / mean distance to the matched objects; 1 without matched
+  // objects.
   double relative_sigma = 1;
   // Score, margin and number of objects suffice for a pose by objects alone; its confidence must
   // suffice, too.
@@ -62,7 +63,7 @@ struct ObjectSupport {
 struct Relocalization {
   // kNone: no pose is accepted, and the pose and its fields are those of the best hypothesis.
   PoseEvidence evidence = PoseEvidence::kNone;
-  std::string why_not;  // where that is the answer to a search
+  std::string why_not;  // why a search found no pose; empty otherwise
   Rigid3 cam_from_world;
   // Of a small motion (translation in map units, rotation in rad) applied after the pose.
   PoseCovariance covariance = PoseCovariance::Zero();
@@ -71,7 +72,8 @@ struct Relocalization {
   ObjectSupport objects;
   // Of the search, best first; LeadWithAccepted puts an accepted pose in front.
   std::vector<PoseHypothesis> candidates;
-  PoseEvidence candidates_are_by = PoseEvidence::kNone;  // kPoints or kObjects: whose scores
+  // kPoints or kObjects: the evidence that the scores of `candidates` measure.
+  PoseEvidence candidates_are_by = PoseEvidence::kNone;
   // Where the camera was not known: a camera of the map, or one whose focal length was estimated
   // from the points. `focal_sigma`: relative standard deviation of that focal length; 0 for a
   // camera of the map.

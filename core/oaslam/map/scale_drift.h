@@ -13,8 +13,8 @@ namespace oaslam {
 std::optional<double> ScaleVarianceByOdometry(const Keyframe& one, const Keyframe& other,
                                               int shared);
 
-// Drops the variances of all keyframes. To be called before other films come to the same map, since
-// their odometry counts its runs anew.
+// Drops the variances of all keyframes. To be called before another recording extends the same map,
+// since its odometry counts its runs from 0 again.
 void ForgetScaleDrift(Map& map);
 
 }  // namespace oaslam

@@ -22,6 +22,14 @@ void AdoptPoses(const std::vector<FramePose>& other, double scale, std::vector<F
                              &FramePose::frame_index);
 }
 
+void ScaleToMetres(double metres_per_unit, const std::optional<UnitByObjects>& by_objects, Map& map,
+                   std::vector<FramePose>& trajectory) {
+  map.Scale(metres_per_unit);
+  map.is_metric = true;
+  map.unit_by_objects = by_objects;
+  for (FramePose& pose : trajectory) pose.cam_from_reference.translation *= metres_per_unit;
+}
+
 void FollowUnits(const Map& map, std::vector<FramePose>& poses) {
   for (FramePose& pose : poses) {
     if (const Keyframe* keyframe = map.keyframes.Find(pose.reference))

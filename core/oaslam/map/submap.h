@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "oaslam/map/map.h"
@@ -17,6 +18,11 @@ struct Submap {
 // joined with. Where both have a pose of a frame, the own one is kept, unless it is by
 // objects and the other by points.
 void AdoptPoses(const std::vector<FramePose>& other, double scale, std::vector<FramePose>& own);
+
+// Scales a map, and the poses made with it, to metres; one unit was `metres_per_unit` metres long.
+// `by_objects`: the evidence for that; nothing where the user gave it.
+void ScaleToMetres(double metres_per_unit, const std::optional<UnitByObjects>& by_objects, Map& map,
+                   std::vector<FramePose>& trajectory);
 
 // Multiplies the lengths of poses that were made when all keyframes had the unit 1 by the present
 // units of their keyframes (Keyframe::unit).

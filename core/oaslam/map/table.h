@@ -14,8 +14,8 @@
 
 namespace oaslam {
 
-// A number that no table had before, in all libraries of a program. Epochs only decide which pages
-// are copied; no result depends on them.
+// A number that no other table of this process has, whichever shared library made that table.
+// Epochs only decide which pages are copied; no result depends on them.
 OASLAM_API uint64_t NewTableEpoch();
 
 // A table of values by id with value semantics. A copy shares the pages of the original until one

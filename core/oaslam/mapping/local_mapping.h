@@ -11,9 +11,9 @@ namespace oaslam {
 // Edits of the map that the mapper makes (insertion.cc, culling.cc, triangulation.cc): one begins a
 // map, the others are the steps for each new keyframe.
 
-// Makes a map from two views: both keyframes and their landmarks, refined together. Frame and unit
-// are given. Returns false and leaves the map as it was when too few landmarks
-// remain after refinement.
+// Makes a map from two views: both keyframes and their landmarks, refined together. `initial` gives
+// the frame and the unit. Returns false and leaves the map as it was when too few landmarks remain
+// after refinement.
 bool InsertInitialMap(const InitialMap& initial, Map& map);
 
 // Moves the keyframes after `right_until` to the poses that follow from `motions`. Erases the

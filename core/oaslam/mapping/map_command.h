@@ -9,6 +9,7 @@
 
 #include "oaslam/geometry/similarity.h"
 #include "oaslam/map/map.h"
+#include "oaslam/object_edit.h"
 #include "oaslam/objects/association.h"
 
 namespace oaslam {
@@ -41,7 +42,7 @@ struct KeyframeInsertion {
   TrackedFrame frame;
   // Motions to this keyframe and to earlier ones, by the odometry's present estimates.
   std::vector<std::pair<KeyframeId, KeyframeMotion>> motions{};
-  int loops_closed = 0;  // in the map whose unit the motions have
+  int loops_closed = 0;  // Map::loops_closed of the map in whose unit the motions are
   // If it is valid: the keyframes after this one were given a wrong motion, which the odometry has
   // corrected since.
   KeyframeId right_until{};
@@ -54,7 +55,8 @@ struct JoiningMap {
 };
 
 // Waits for the background bundle adjustment and applies it, so that nothing moves the map later.
-// Live mode does not wait; the map does not move until its next keyframe.
+// In live mode the mapper does not wait for the bundle adjustment: it applies the result with a
+// later keyframe, and the map does not move before then.
 struct AdoptAdjustment {};
 
 // The caller must scale the tracker, too.
@@ -66,8 +68,15 @@ struct MetricScale {
 // Replaces all anchors.
 using NewAnchors = std::map<std::string, Anchor>;
 
-using MapEdit = std::variant<std::monostate, InitialMap, KeyframeInsertion, JoiningMap,
-                             AdoptAdjustment, MetricScale, ClassRelations, NewAnchors>;
+// A user's change to an object.
+struct ObjectChange {
+  ObjectId object;
+  ObjectEdit edit;
+};
+
+using MapEdit =
+    std::variant<std::monostate, InitialMap, KeyframeInsertion, JoiningMap, AdoptAdjustment,
+                 MetricScale, ClassRelations, NewAnchors, ObjectChange>;
 
 // A change of the map, and what was seen since the previous command.
 struct MapCommand {

@@ -3,11 +3,13 @@
 #include <algorithm>
 
 #include "oaslam/bundle/bundle_adjustment.h"
+#include "oaslam/error.h"
 #include "oaslam/mapping/keyframe_description.h"
 #include "oaslam/mapping/local_mapping.h"
 #include "oaslam/mapping/loop_closing.h"
 #include "oaslam/mapping/submap_joining.h"
 #include "oaslam/objects/moved_objects.h"
+#include "oaslam/objects/object_edit.h"
 #include "oaslam/objects/object_mapper.h"
 #include "oaslam/objects/upright.h"
 #include "oaslam/util/log.h"
@@ -46,8 +48,20 @@ bool Mapper::ApplyEdit(const MapCommand& command) {
     map_.anchors = *anchors;
     std::erase_if(map_.anchors,
                   [&](const auto& entry) { return !map_.ResolveKeyframe(entry.second.keyframe); });
+  } else if (const auto* change = std::get_if<ObjectChange>(&command.edit)) {
+    Change(*change);
   }
   return false;
+}
+
+// What was possible in the map that the user saw may not be so any more, where a bundle adjustment
+// has moved the map since.
+void Mapper::Change(const ObjectChange& change) {
+  try {
+    EditObject(map_, change.object, change.edit, config_.objects);
+  } catch (const InputError& error) {
+    Log(LogLevel::kWarning, "an object is left as it is: {}", error.what());
+  }
 }
 
 bool Mapper::Join(const JoiningMap& joining, int frame_index) {

@@ -60,7 +60,7 @@ TEST(Mapper, TheLastOptimisationTakesObjectsAlong) {
   const synthetic::TrueObject object = synthetic::Upright(5, {0.2, -0.1, 0.1}, {0.3, 0.2, 0.25});
   for (const BundleObjects objects :
        {BundleObjects::kNone, BundleObjects::kPoses, BundleObjects::kFull}) {
-    SlamConfig config;
+    SlamConfig config = SlamConfig::Offline();
     config.bundle.objects = objects;
     Mapper mapper(config, DriftedMap(world));
     mapper.Apply(SightingsOf(world, object));
@@ -81,7 +81,7 @@ TEST(Mapper, DescribesKeyframesAndLetsTheirImagesGo) {
   const GreyBuffer noise = synthetic::Noise(world.camera.width, world.camera.height, 1);
   for (const KeyframeId id : map.keyframes.Ids())
     if (id.value > 0) map.keyframes.MutableAt(id).image = std::make_shared<const GreyBuffer>(noise);
-  Mapper mapper({}, std::move(map));
+  Mapper mapper(SlamConfig::Offline(), std::move(map));
   mapper.Finish();
   const auto after = mapper.Publish();
   EXPECT_THAT(after->CheckInvariants(), IsEmpty());

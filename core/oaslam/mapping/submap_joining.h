@@ -19,10 +19,11 @@ struct SubmapTies {
 bool JoinSubmap(const Map& other, const Similarity& world_from_other, const SlamConfig& config,
                 Rng& rng, Map& map, const SubmapTies& ties = {});
 
-// Adjusts all of a map, window by window, and refits its objects. A map of two keyframes stays.
+// Adjusts all of a map, window by window, and refits its objects. A map of at most two keyframes is
+// left unchanged.
 void AdjustAll(const SlamConfig& config, Map& map);
 
-// The same for a map on which no session works: its version grows.
+// Adjusts all of a map on which no session works, and increases its Map::version.
 void OptimizeSubmap(const SlamConfig& config, Map& map);
 
 }  // namespace oaslam

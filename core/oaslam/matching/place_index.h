@@ -7,9 +7,9 @@
 
 namespace oaslam {
 
-// For each descriptor of an image that was looked for, the points with a similar one, nearest
-// first. A label is the id of a landmark or, with its highest bit set, of a keyframe that alone
-// knows the point.
+// For each descriptor of an image that was searched, the points of the map with a similar
+// descriptor, nearest first. A label is the id of a landmark or, with its highest bit set, of a
+// keyframe that alone knows the point.
 using LandmarkHits = std::vector<std::vector<DescriptorIndex::Hit>>;
 
 // A keyframe, which comes first, and its closest neighbours, which see the same place.

@@ -39,9 +39,9 @@ Relocalization FindNear(const Frame& frame, const Map& map, std::span<const Land
 std::vector<LandmarkId> LandmarksAround(const Map& map, KeyframeId place);
 
 // The probability, in [0, 1], that the best hypothesis is right: within 0.5 m and 30 degrees of the
-// truth on table tops seen from 1 to 3 m. Logistic curves: that of ORB fitted by tools/acceptance,
-// that of learned descriptors to images in maps of their own and of other rooms
-// (docs/lab/relocalization.md).
+// truth on table tops seen from 1 to 3 m. It is a logistic curve; tools/acceptance fitted the one
+// for ORB, and the one for learned descriptors is fitted to images looked for in maps of their own
+// room and of other rooms (docs/lab/relocalization.md).
 double ConfidenceOfPoints(const PointSupport& best);
 
 // Refines a pose that is correct to a few pixels: searches the landmarks around their

@@ -5,9 +5,9 @@
 
 namespace oaslam {
 
-// The evidence for a pose beside the main plane of its landmarks. Of a poster, a window or a door,
-// a copy may hang elsewhere: hundreds of landmarks in the plane agree with the wrong pose, and none
-// beside the plane does.
+// The evidence for a pose beside the main plane of its landmarks. A copy of a poster, a window or a
+// door may hang elsewhere: hundreds of landmarks in its plane then agree with a wrong pose, but no
+// landmark beside the plane does.
 struct PlaneSupport {
   int beside = 0;              // landmarks found beside the plane of most of them
   double expected_beside = 0;  // their number at the share of landmarks found in the plane

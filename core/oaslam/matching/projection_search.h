@@ -34,7 +34,8 @@ std::optional<ProjectedLandmark> ProjectLandmark(LandmarkId id, const Landmark& 
 struct LandmarkMatches {
   std::vector<LandmarkId> landmarks;
   int count = 0;
-  std::vector<int> distances{};  // by SearchByProjection: Hamming, of matches that were not given
+  // By key point: Hamming distance of a match that SearchByProjection added.
+  std::vector<int> distances{};
 };
 
 struct ProjectionSearchOptions {

@@ -34,19 +34,19 @@ struct Unseen {
 bool IsForgotten(const Unseen& unseen);
 Unseen UnseenSince(const Object& object, const ImageTime& now);
 
-// Whether the observations agree with the ellipsoid well enough for an object of the map: the share
-// objects.min_accept_share of them overlaps it by kMinAcceptIoU, and so does their mean.
-// The mean is over boxes that the image border does not cut, where there are any, since cut boxes
-// agree with almost any ellipsoid that reaches beyond the border.
+// Whether the observations agree with the ellipsoid well enough for an object of the map: at least
+// the share objects.min_accept_share of them, and their mean, overlap the ellipsoid by
+// kMinAcceptIoU. The mean is over boxes that the image border does not cut, where there are any,
+// since cut boxes agree with almost any ellipsoid that reaches beyond the border.
 bool IsConfirmed(const ViewOverlap& overlap, const ObjectsConfig& config);
 // Whether so many observations disagree with the ellipsoid that it is wrong. The share is well
 // below that for acceptance, so that an object does not alternate between the states.
 bool IsContradicted(const ViewOverlap& overlap, const ObjectsConfig& config);
 
 // The next state: tentative -> initialized with a first model -> mapped after enough agreeing
-// observations -> back to initialized when most observations contradict the model, or their mean
-// overlap is below objects.min_accept_iou. Nothing (dropped) for an object that was never mapped
-// and is unseen for too long.
+// observations -> back to initialized when there is no model, too many observations contradict it
+// (IsContradicted), or their mean overlap is below kMinAcceptIoU. Nothing (dropped) for an object
+// that was never mapped and is unseen for too long.
 std::optional<ObjectState> NextState(ObjectState state, const ObjectEvidence& evidence,
                                      const ObjectsConfig& config);
 

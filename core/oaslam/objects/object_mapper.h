@@ -22,9 +22,9 @@ void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const Im
 // Map::up. No time passes, so that no object is dropped for not being seen.
 void RefitMovedObjects(const ObjectsConfig& config, Map& map);
 
-// Call it once the keyframes have their final poses. Objects that any keyframe looks through are
-// moved, set aside or erased (sight_lines.h, moved_objects.h), also by keyframes from before the
-// camera was found in the map.
+// Call it once the keyframes have their final poses. Objects through which the keyframes see
+// landmarks are moved, unmapped or erased (sight_lines.h, moved_objects.h); keyframes from before
+// the camera was found in the map count, too.
 void ReviewPlaces(const ObjectsConfig& config, Map& map);
 
 }  // namespace oaslam

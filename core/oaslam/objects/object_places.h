@@ -21,7 +21,7 @@ struct ObjectPlace {
 // neighbours costs some nanoseconds for each object of a large map.
 std::vector<ObjectPlace> PlacesOf(const Table<ObjectId, Object>& objects);
 
-// The same, kept up to date with the snapshots of a map.
+// The places of a map's objects, kept up to date with the snapshots of the map.
 class ObjectPlaces {
  public:
   // Looks only at objects that may have changed since the last call. Keeps a copy of the table.

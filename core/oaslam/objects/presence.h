@@ -12,9 +12,9 @@ enum class PlaceEvidence { kNone, kInPlace, kAbsent };
 // The interval between images, in seconds, where time stamps do not tell it.
 constexpr double kVideoInterval = 1.0 / 30;
 
-// The log-likelihood ratio of a frame: the object is gone, against it is there and detected at its
-// usual rate. Detectors miss an object for several images in a row, so that half a second counts as
-// one view; an image counts for its share of that.
+// The log-likelihood ratio, given one frame, of "the object is gone" against "the object is there
+// and detected at its usual rate". Detectors miss an object for several images in a row, so that
+// half a second counts as one view; an image counts for its share of that.
 double AbsenceEvidence(PlaceEvidence evidence, double interval_s, const Object& object);
 
 // Adds the evidence of a frame to Object::absence, which never falls below 0 (Page's cumulative

@@ -14,8 +14,8 @@ namespace oaslam {
 // vertical is not known, and where the camera would have been out of a person's reach.
 ScaleEstimate EstimateScale(const Map& map, const std::map<int, std::string>& names);
 
-// Why the usual sizes of the objects contradict the unit of a map that was given otherwise; empty
-// where they do not. `estimate`: of the map in this unit.
+// Describes how the usual sizes of objects contradict a metre that was determined in another way;
+// empty where they do not. `estimate`: EstimateScale of the map after it was scaled to that metre.
 std::string ContradictionOfUnit(const ScaleEstimate& estimate);
 
 }  // namespace oaslam

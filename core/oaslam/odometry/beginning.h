@@ -32,9 +32,10 @@ int MatchesOfFirst(const Window& window);
 // Estimates the motion of the first images. The hypotheses are the motions of the essential matrix
 // and of the homography, and fourteen directions of translation with the rotation of the flow; each
 // is optimised over all images of the window. A plane allows two motions that two images cannot
-// distinguish; several images can. The first image must be the one that is held, all others must
-// have the rotation of the flow. The unit of length is that of `before`, the last window of the
-// same beginning, drawn slowly to the median depth; without `before` it is the median depth.
+// distinguish; several images can. Only the first image may be held, and the poses of all others
+// must have the rotations estimated from the optical flow. The unit of length is that of `before`,
+// the last window of the same beginning, and moves slowly from call to call towards the median
+// depth; without `before` it is the median depth.
 Beginning BeginMotion(const Window& window, const Window* before, const WindowOptions& options,
                       const BeginningOptions& beginning, double image_width, Rng& rng);
 

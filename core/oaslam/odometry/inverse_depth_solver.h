@@ -17,7 +17,8 @@ namespace oaslam {
 // and measures rotations as well as any other point. Directions are rays at z = 1; lengths are in
 // the unit of the odometry.
 
-// A sighting of a point in another image than its anchor. Sorted by point.
+// A sighting of a point in an image other than its anchor. A problem has its measurements sorted by
+// point.
 struct DepthMeasurement {
   int point = 0, pose = 0;
   Eigen::Vector2d ray;                                             // in the image of `pose`
@@ -80,8 +81,8 @@ struct InverseDepthState {
   std::vector<double> inverse_depths;
 };
 
-// A point has no projection in an image where its depth is less than this share of its depth in the
-// anchor: the nearest things are at some tenths of the depth in the anchor.
+// A point has no projection in an image in which its depth is less than this share of its depth in
+// the anchor. A real point seldom comes nearer than some tenths of that depth.
 inline constexpr double kNearest = 0.02;
 
 // A point in the frame of another image, times its inverse depth.

@@ -9,8 +9,8 @@
 namespace oaslam {
 
 // Evaluates other motions of the images after one image of a window, the pivot. All images up to
-// the pivot are held. The images after it are free, also where the window holds some, as in a fast
-// turn, in which the free keyframes of the window span half a second. The depths of points that
+// the pivot are held. The images after the pivot are free, also those that the window holds: in a
+// fast turn the free keyframes of the window span only half a second. The depths of points that
 // depend on the motion in question are searched anew.
 class MotionsSince {
  public:

@@ -25,8 +25,9 @@ struct PatchEdge {
 };
 
 // The edge at a pixel, from the structure tensor of the patch around it (Foerstner and Guelch
-// 1987). A part of a brightness change across the edge is taken for a shift along it, by the ratio
-// of the slopes across and along the edge.
+// 1987). Sigma along the edge is derived from the assumption that a part of each brightness change
+// across the edge is mistaken for a shift along it, in proportion to the ratio of the slopes across
+// and along the edge.
 PatchEdge EdgeAt(const GreyImage& image, const Eigen::Vector2f& px);
 
 }  // namespace oaslam

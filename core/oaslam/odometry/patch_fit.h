@@ -23,9 +23,10 @@ struct PatchFit {
 // from `start` on: affine (Shi and Tomasi 1994), with the derivatives of the first image (Baker and
 // Matthews 2004). A patch that is only moved slides along arcs and edges when the viewpoint
 // changes. Pixels near the middle count most; differences of brightness and contrast do not matter;
-// the part of the stretch that the patch does not determine stays near the start. A patch that is
-// nowhere near has a correlation of 0 or less. Both images may be read kBorder pixels of a
-// GreyPyramid beyond their edges. Nothing where the patch leaves an image, or has no contrast.
+// the part of the stretch that the patch does not determine stays near the start. Where the start
+// is too far from the true place, the correlation is 0 or less. Both images may be read kBorder
+// pixels of a GreyPyramid beyond their edges. Nothing where the patch leaves an image, or has no
+// contrast.
 std::optional<PatchFit> FitPatch(const GreyImage& first, const Eigen::Vector2f& px,
                                  const GreyImage& second, const PatchPose& start);
 

@@ -32,7 +32,8 @@ struct PoseFitPrior {
 Eigen::Matrix3d RotationBetween(std::span<const Eigen::Vector2d> first,
                                 std::span<const Eigen::Vector2d> second, Eigen::Matrix3d start);
 
-inline constexpr double kFarStart = 8;  // the inflation of errors where the start is a prediction
+// `inflation` for RefinePose where the start is a prediction.
+inline constexpr double kFarStart = 8;
 
 // Estimates the pose of a new image from its points, whose depths may be wrong by their variances:
 // Gauss-Newton, which begins with errors that are `inflation` times as large, so that it converges

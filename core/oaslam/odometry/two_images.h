@@ -8,7 +8,7 @@
 
 namespace oaslam {
 
-// The points of a window that two of its images see, by their ids.
+// The points of a window that two of its images see; `first` and `second` are ids of images.
 RayMatches MatchesBetween(const Window& window, int first, int second,
                           const WindowOptions& options);
 

@@ -70,7 +70,8 @@ struct WindowOptions {
   // three pixels: points on edges in front of a wall, in reflections, on bare walls. Losses that
   // are not convex make wrong motions into minima (docs/lab/odometry.md).
   double corner_chi2 = 0.5;
-  double outlier_px = 3;  // kMostSigmas
+  // About kMostSigmas times sigma_px; a sighting that is off by more is an outlier.
+  double outlier_px = 3;
   // As outlier_px, for a point whose depth is well known: where such points do not fit, the newest
   // poses may be wrong, and without these points the scale would be lost, too
   // (docs/lab/odometry.md).
@@ -78,8 +79,8 @@ struct WindowOptions {
   // The standard deviation of the change of velocity in a second, for a camera held by hand; median
   // depths per second.
   double velocity_sigma = 1.5;
-  // The standard deviation of the change of angular velocity over a second, rad/s, where it is a
-  // random walk: of this film, as far as it is known.
+  // The standard deviation of the change of angular velocity in one second, rad/s, which is
+  // modelled as a random walk. The odometry learns the value from the images so far.
   double turn_rate_sigma = 0.7;
   double focal_px = 500;  // of the tracked image
 };
@@ -141,8 +142,8 @@ WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool
 
 // How the images agree with a window.
 struct WindowFit {
-  int inliers = 0;   // sightings of the newest image that fit,
-  int compared = 0;  // of those whose points did fit before
+  int inliers = 0;   // sightings in the newest image that fit, of the points counted in `compared`
+  int compared = 0;  // points seen in the newest image whose previous sighting fitted
   // Mean squared error of the sightings of the last half second, in sigmas; a sighting counts at
   // most as one that is off by four.
   double cost = 0;

@@ -4,7 +4,7 @@
 
 namespace oaslam {
 
-// A pose that is so likely needs no other hypothesis beside it.
+// Where a pose has at least this confidence, the search for other hypotheses ends.
 constexpr double kSureConfidence = 0.998;
 
 // The probability, in [0, 1], that a best hypothesis with this evidence is right: within 0.5 m and
@@ -15,11 +15,11 @@ constexpr double kSureConfidence = 0.998;
 // to.
 double ConfidenceOfObjects(const ObjectSupport& best);
 
-// The same probability where the map has points and none agrees with the pose. Objects alone must
-// also exclude another room that is arranged alike (of a hotel, an office), in which each box fits
-// less well or another pose fits as well; and a position that is uncertain by an eighth of the
-// distance lowers the probability. At most ConfidenceOfObjects. Fitted to images of flats and desks
-// in maps of each other (docs/lab/relocalization.md).
+// The probability of ConfidenceOfObjects where the map has points and none agrees with the pose.
+// Objects alone must also exclude another room with a similar arrangement (in a hotel, an office),
+// in which each box fits less well, or in which another pose fits as well. A sigma of the position
+// of an eighth of the distance or more lowers the probability. At most ConfidenceOfObjects. Fitted
+// to images of flats and desks in maps of each other (docs/lab/relocalization.md).
 double ConfidenceOfObjectsAlone(const ObjectSupport& best);
 
 // The confidence of a pose that points and objects found independently.

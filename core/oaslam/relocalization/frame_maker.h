@@ -15,7 +15,8 @@
 
 namespace oaslam {
 
-// A grey image as it is; one in BGR or BGRA converted. Throws InputError for any other type.
+// Returns a grey image as it is, and converts a BGR or BGRA image. Throws InputError for any other
+// type.
 cv::Mat ToGrey(const cv::Mat& image);
 // The pixels of a grey image, which must outlive the view.
 GreyImage ViewOf(const cv::Mat& grey);
@@ -60,7 +61,7 @@ class FrameMaker {
   // The frame of an image, with about `keypoints` key points, none inside the boxes of objects that
   // can move according to `classes`. Throws as Check.
   Frame Make(const ImageInput& input, int index, int keypoints, const ClassRelations& classes);
-  // The same without key points, of a valid image; it takes no time.
+  // Makes the frame of a valid image without key points, which takes no time.
   Frame MakeWithoutFeatures(const ImageInput& input, int index) const;
   const std::shared_ptr<const Camera>& camera() const { return camera_; }
 

@@ -9,8 +9,8 @@
 
 namespace oaslam {
 
-// What an application has taken of an image itself, instead of Slam: its key points, and how the
-// camera moved. The checks throw InputError.
+// Conversions of what an application has computed itself, instead of Slam: the key points of an
+// image, and the camera's motion. CheckFeatures and CheckMotion throw InputError.
 
 void CheckFeatures(const ImageFeatures& given);
 void CheckMotion(const MotionInput& given);

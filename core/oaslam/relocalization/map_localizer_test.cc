@@ -65,7 +65,7 @@ SavedMap MapOfWall() {
   SavedMap saved;
   Map& map = saved.map;
   map.cameras = {kWorldCamera};
-  const SlamConfig config;
+  const SlamConfig config = SlamConfig::Offline();
   FrameMaker maker(config, kWorldCamera);
   for (uint32_t k = 0; k < 3; ++k) {
     const Rigid3 pose = BeforeTheWall(0.2 * k - 0.2, 0, 0.1 - 0.1 * k);
@@ -174,7 +174,7 @@ TEST_F(MapLocalizerTest, FindsAnImageByPoints) {
 TEST_F(MapLocalizerTest, WhereOrbIsInVainTheImageIsFoundByLearnedDescriptors) {
   const MapSnapshot map = SnapshotOf(KnownByLearned(SavedMapOf(localizer_.map())), NewWorld(), 1);
   const ImageInput input = InputOf(pose_);
-  SlamConfig config;
+  SlamConfig config = SlamConfig::Offline();
   const MapLocalizer by_learned = MapLocalizer(map, config);
   for (const bool is_known : {true, false}) {
     const RelocalizationResult found =

@@ -14,8 +14,8 @@ class ObjectGrid {
   // `cell`: the side of a cell, about the distance that will be asked for; positive.
   ObjectGrid(std::vector<Eigen::Vector3d> points, double cell);
 
-  // Fills in the indices of the points within a distance of a place, in an order of
-  // the grid.
+  // Fills `near` with the indices of the points within a distance of a place, in the order of the
+  // grid's cells.
   void FindNear(const Eigen::Vector3d& place, double distance, std::vector<int>& near) const;
 
  private:

@@ -32,7 +32,7 @@ struct Start {
   double agreement = 0;  // sum over these detections
 };
 
-// Finds the starts of hypotheses, and the objects about them.
+// Finds the starts of hypotheses, and the objects around them.
 class Neighbourhoods {
  public:
   // `scene` must outlive it.

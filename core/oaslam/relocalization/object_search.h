@@ -9,7 +9,8 @@
 
 namespace oaslam {
 
-// Whether two poses by objects are of distinct places, for margins and lists.
+// Whether two poses by objects are distinct: only distinct poses enter a margin or a list of
+// candidates.
 bool AreElsewhere(const Relocalization& a, const Relocalization& b);
 
 // The evidence that suffices to report a pose by objects alone.

@@ -15,11 +15,11 @@ namespace oaslam {
 // Finds frames in a map, independently of each other (paper, section "Relocalization using
 // Objects"): by objects that are sure of a pose and points that confirm it, by points, or by
 // objects whose pose guides the search for points; and by objects alone as a last resort, if their
-// evidence is strong. All of this first by ORB, and where that is in vain by learned descriptors,
-// too.
+// evidence is strong. The search uses ORB first, and learned descriptors where ORB finds no pose.
 class Relocalizer {
  public:
-  // `index`: of a map in which frames will be found; made at need for any other map.
+  // `index`: the index of a map in which frames will be searched; the relocalizer makes the index
+  // of any other map when it needs it.
   explicit Relocalizer(const SlamConfig& config,
                        std::shared_ptr<const LandmarkIndex> index = nullptr)
       : config_(config), index_(std::move(index)) {}

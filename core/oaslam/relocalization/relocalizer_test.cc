@@ -75,7 +75,7 @@ TEST(Relocalizer, IsNotMisledByAnotherMapOfTheSameVersion) {
   empty.cameras = map_here.cameras;
   ASSERT_EQ(map_here.version, map_there.version);
   const Rigid3 pose = synthetic::PoseOnArc({}, 3);
-  Relocalizer relocalizer{SlamConfig()};
+  Relocalizer relocalizer{SlamConfig::Offline()};
   EXPECT_EQ(FindByPoints(relocalizer, FrameOf(here, pose), empty).evidence, PoseEvidence::kNone);
   EXPECT_EQ(FindByPoints(relocalizer, FrameOf(here, pose), map_here).evidence,
             PoseEvidence::kPoints);
@@ -93,7 +93,7 @@ TEST(Relocalizer, FindsWhatTheMapHasGrownBy) {
   for (const LandmarkId id : map.landmarks.Ids())
     if (id.value % 2 == 0) map.EraseLandmark(id);
   const Frame frame = FrameOf(world, synthetic::PoseOnArc({}, 3));
-  Relocalizer relocalizer{SlamConfig()};
+  Relocalizer relocalizer{SlamConfig::Offline()};
   const int half = FindByPoints(relocalizer, frame, map).points.inliers;
   const int all = FindByPoints(relocalizer, frame, whole).points.inliers;
   EXPECT_GT(half, 50);
@@ -105,7 +105,7 @@ TEST(Relocalizer, SaysWhyNotInEveryMode) {
                          other = synthetic::MakeWorld({.seed = 2});
   const Map map = synthetic::MakeMap(world, {}).map;
   Frame frame = FrameOf(other, synthetic::PoseOnArc({}, 3));
-  Relocalizer relocalizer{SlamConfig()};
+  Relocalizer relocalizer{SlamConfig::Offline()};
   const auto why_not = [&](RelocalizationMode mode) {
     Rng rng(5);
     const Relocalization found = relocalizer.Find(frame, map, mode, rng);
@@ -147,7 +147,7 @@ TEST(Relocalizer, SureObjectsComeFirstAndPointsConfirmThem) {
       frame.features = std::make_shared<const Features>(frame.features->Selected(some));
     }
     if (with_objects) frame.detections = FrameOfObjects(map, pose, 1).detections;
-    SlamConfig config;
+    SlamConfig config = SlamConfig::Offline();
     config.relocalization.objects = method;
     Rng rng(5);
     return Relocalizer(config).Find(frame, map, RelocalizationMode::kPointsAndObjects, rng);
@@ -171,7 +171,7 @@ TEST(Relocalizer, SaysWhyNotOfAnUnknownCamera) {
   Map map = MappedTable();
   const Frame frame = FrameOfObjects(map, synthetic::OnCircle(0.3), 1);
   map.objects = {};
-  Relocalizer relocalizer{SlamConfig()};
+  Relocalizer relocalizer{SlamConfig::Offline()};
   Rng rng(5);
   Frame raw = frame;
   raw.features = std::make_shared<Features>(*map.keyframes.At(KeyframeId(0)).features);
@@ -185,7 +185,7 @@ TEST(Relocalizer, TheAcceptedPoseLeadsWithAScoreOfItsOwn) {
   const synthetic::World world = synthetic::MakeWorld({});
   const Map map = synthetic::MakeMap(world, {}).map;
   const Frame frame = FrameOf(world, synthetic::PoseOnArc({}, 3));
-  Relocalizer relocalizer{SlamConfig()};
+  Relocalizer relocalizer{SlamConfig::Offline()};
   const Relocalization by_points = FindByPoints(relocalizer, frame, map);
   ASSERT_EQ(by_points.evidence, PoseEvidence::kPoints);
   EXPECT_EQ(by_points.candidates.front().score, by_points.points.inliers);

@@ -31,7 +31,7 @@ inline const std::shared_ptr<const Map>& MapOf(const MapSnapshot& snapshot) {
 }
 // What a file of this snapshot holds.
 SavedMap SavedMapOf(const MapSnapshot& snapshot);
-// A snapshot of all of this, the map in the given world.
+// A snapshot of `saved`, whose map has the given world and version.
 MapSnapshot SnapshotOf(SavedMap saved, WorldId world, uint64_t version);
 // The same map with an index of its places.
 MapSnapshot Indexed(const MapSnapshot& snapshot);

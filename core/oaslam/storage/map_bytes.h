@@ -7,8 +7,9 @@
 
 namespace oaslam {
 
-// The bytes of the file that SaveMap would write. They pass through a file in the folder for
-// temporary ones (TMPDIR, else /tmp), which only this user can read. Throws InputError.
+// The bytes of the file that SaveMap would write. The bytes are written to and read from a
+// temporary file (in TMPDIR, else /tmp), in a folder that only this user can read. Throws
+// InputError.
 std::string BytesOf(const SavedMap& saved);
 
 // The map of such bytes, as LoadMap reads it. In the messages of errors the file is called "map".

@@ -43,7 +43,7 @@ void SaveMap(const std::string& path, const SavedMap& saved);
 // The map file that a path names: map.oaslam in a folder of results, else the path itself.
 std::string MapFileAt(const std::string& path);
 
-// Whether it is a map file (MapFileAt), of whatever format, and not text.
+// Whether the file (MapFileAt) is an SQLite file, as map files of all format versions are.
 bool IsMapFile(const std::string& path);
 
 // Loads a map file (MapFileAt) after verifying application id, version, integrity, content checksum

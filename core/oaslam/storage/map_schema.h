@@ -10,7 +10,7 @@ constexpr int32_t kMapApplicationId = 0x4F41534C;  // "OASL"
 constexpr int32_t kMapFormatVersion = 10, kOldestMapFormatVersion = 8;
 
 // The map is stored in parts, each with a checksum of its own (table `parts`). Keyframes and
-// landmarks are in parts of this many ids, each about a megabyte; of submaps each is a part.
+// landmarks are in parts of this many ids, each about a megabyte; each submap is one part.
 constexpr uint32_t kKeyframesOfAPart = 64, kLandmarksOfAPart = 4096;
 
 // Documented in docs/formats.md: change both together. Poses are quaternion x y z w and

@@ -8,7 +8,7 @@ namespace oaslam {
 
 struct SavedMap;
 
-// A film or a folder of images that a map was made of, or continued with. The frames of a map are
+// A video or a folder of images from which a map was made or extended. The frames of a map are
 // numbered through all its recordings, so that the number of a frame tells its recording; its time
 // does not, since each recording may begin at 0 s.
 struct MapRecording {
@@ -18,24 +18,26 @@ struct MapRecording {
   bool operator==(const MapRecording&) const = default;
 };
 
-// Ascending by first frame. A map without any is of one that is not known.
+// Ascending by first frame. An empty list means that the map was made from one unknown recording.
 using MapRecordings = std::vector<MapRecording>;
 
-// The place of the recording that has a frame.
+// The index in `recordings` of the recording to which a frame belongs.
 size_t RecordingOf(const MapRecordings& recordings, int frame_index);
 
 // As messages name it: `2 (walk)`, or `2` without a name.
 std::string Describe(const MapRecordings& recordings, size_t recording);
 // `1 (walk), 2 (kitchen)`.
 std::string Describe(const MapRecordings& recordings);
-// A name for its files, unlike that of any other: `2-walk`, in letters, digits, `.`, `_` and `-`.
+// A name for the files of a recording, which no other recording has: `2-walk`, of letters, digits,
+// `.`, `_` and `-`.
 std::string FileNameOf(const MapRecordings& recordings, size_t recording);
 
-// The place of the recording that a user names by its number from 1, or by its name. Throws
-// InputError where there is none, or several have this name.
+// The index of the recording that a user identifies by its number, counted from 1, or by its name.
+// Throws InputError where there is none, or several have this name.
 size_t FindRecording(const MapRecordings& recordings, std::string_view number_or_name);
 
-// The recordings of a map that does not name them: another begins where time goes back.
+// The recordings of a map that does not list them: a new one begins wherever the time stamps
+// decrease.
 MapRecordings RecordingsByTime(const SavedMap& saved);
 
 // The map with keyframes and frames of one recording only, and with the landmarks that at least two

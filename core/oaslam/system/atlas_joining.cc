@@ -163,11 +163,7 @@ bool Atlas::JoinWaiting(const AtlasSubmap& waiting, AtlasSubmap& into) {
   ++map.version;
   joinings_[waiting.number] = {into.number, world_from_other->other_from_this};
   if (metre) {
-    map.Scale(metre->metres_per_unit);
-    map.is_metric = true;
-    map.unit_by_objects = metre->by_objects;
-    for (FramePose& pose : trajectory)
-      pose.cam_from_reference.translation *= metre->metres_per_unit;
+    ScaleToMetres(metre->metres_per_unit, metre->by_objects, map, trajectory);
     ScaleJoinings(into.number, metre->metres_per_unit);
     into.link = {};  // its poses have the former unit
   }

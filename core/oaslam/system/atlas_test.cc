@@ -91,7 +91,7 @@ class AtlasTest : public testing::Test {
 
   // The camera sees the left scene on its way forth and the right one on its way back.
   std::unique_ptr<Atlas> WalkPastBoth() {
-    auto atlas = std::make_unique<Atlas>(SlamConfig(), map_, false, std::vector<Submap>());
+    auto atlas = std::make_unique<Atlas>(SlamConfig::Offline(), map_, false, std::vector<Submap>());
     Walk(*atlas, 0, 70, 0, Scene::kLeft);
     Walk(*atlas, 70, 90, 69, Scene::kRight, -1);
     return atlas;
@@ -143,7 +143,7 @@ TEST_F(AtlasTest, TheLargerSubmapLeads) {
 // Where the main submap is given up while another one grows, that one leads: it is neither
 // forgotten nor joined with a map to which it has no link.
 TEST_F(AtlasTest, AGrowingSubmapLeadsWhereTheMainOneIsGivenUp) {
-  Atlas atlas(SlamConfig(), map_, false, {});
+  Atlas atlas(SlamConfig::Offline(), map_, false, {});
   Walk(atlas, 0, 30, 0, Scene::kLeft);
   ASSERT_LT(atlas.main().Newest()->keyframes.size(), 6U);
   atlas.ForceRelocalization(std::nullopt);
@@ -162,7 +162,7 @@ TEST_F(AtlasTest, AGrowingSubmapLeadsWhereTheMainOneIsGivenUp) {
 
 // A camera that comes back to where a submap waits goes on there, in its frame.
 TEST_F(AtlasTest, ASubmapLeadsAgainWhereTheCameraIsBack) {
-  Atlas atlas(SlamConfig(), map_, false, {});
+  Atlas atlas(SlamConfig::Offline(), map_, false, {});
   Walk(atlas, 0, 110, 0, Scene::kLeft);
   const std::vector<KeyframeId> ids = atlas.main().Newest()->keyframes.Ids();
   Walk(atlas, 110, 240, 109, Scene::kRight, -1);
@@ -182,7 +182,7 @@ TEST_F(AtlasTest, ASubmapLeadsAgainWhereTheCameraIsBack) {
 
 // A map that is saved before the end has what is being made, too.
 TEST_F(AtlasTest, TheSubmapThatIsBeingMadeIsAmongTheOthers) {
-  Atlas atlas(SlamConfig(), map_, false, {});
+  Atlas atlas(SlamConfig::Offline(), map_, false, {});
   Walk(atlas, 0, 110, 0, Scene::kLeft);
   atlas.SetMetresPerUnit(1);  // so that it stays the main one
   Walk(atlas, 110, 40, 109, Scene::kRight, -1);
@@ -196,7 +196,7 @@ TEST_F(AtlasTest, TheSubmapThatIsBeingMadeIsAmongTheOthers) {
 }
 
 TEST_F(AtlasTest, ThePoseInTheGrowingSubmapIsKnownAtOnce) {
-  Atlas atlas(SlamConfig(), map_, false, {});
+  Atlas atlas(SlamConfig::Offline(), map_, false, {});
   Walk(atlas, 0, 110, 0, Scene::kLeft);
   EXPECT_EQ(atlas.PoseInGrowing(), std::nullopt);
   atlas.SetMetresPerUnit(1);  // so that it stays the main one
@@ -217,7 +217,7 @@ TEST_F(AtlasTest, ThePoseInTheGrowingSubmapIsKnownAtOnce) {
 }
 
 TEST_F(AtlasTest, AMetricSubmapStaysTheMainOne) {
-  Atlas atlas(SlamConfig(), map_, false, {});
+  Atlas atlas(SlamConfig::Offline(), map_, false, {});
   Walk(atlas, 0, 70, 0, Scene::kLeft);
   atlas.SetMetresPerUnit(2);
   Walk(atlas, 70, 90, 69, Scene::kRight, -1);
@@ -274,7 +274,7 @@ TEST_F(AtlasTest, AJoinedSubmapIsStillAPlaceForPoses) {
 TEST_F(AtlasTest, ASubmapOfAnEarlierRunIsJoinedByALaterOne) {
   const auto first = WalkPastBoth();
   first->Finish();
-  Atlas later(SlamConfig(), *first->main().snapshot(), true, first->Others());
+  Atlas later(SlamConfig::Offline(), *first->main().snapshot(), true, first->Others());
   Walk(later, 160, 80, 20, Scene::kAll);
   later.Finish();
   EXPECT_THAT(later.Others(), IsEmpty());
@@ -291,7 +291,7 @@ TEST_F(AtlasTest, ASubmapInMetresTellsTheUnitOfTheMainOne) {
   others[0].map.Scale(metres);
   others[0].map.is_metric = true;
   for (FramePose& pose : others[0].trajectory) pose.cam_from_reference.translation *= metres;
-  Atlas later(SlamConfig(), *first->main().snapshot(), true, others);
+  Atlas later(SlamConfig::Offline(), *first->main().snapshot(), true, others);
   EXPECT_FALSE(later.TakeMetre());
   Walk(later, 160, 80, 20, Scene::kAll);
   later.Finish();
@@ -347,7 +347,7 @@ TEST_F(AtlasTest, RunsRepeatExactly) {
 TEST_F(AtlasTest, WithoutMappingTheMapStaysAsItIs) {
   const auto first = WalkPastBoth();
   first->Finish();
-  Atlas reader(SlamConfig(), *first->main().snapshot(), true, {});
+  Atlas reader(SlamConfig::Offline(), *first->main().snapshot(), true, {});
   reader.SetMapping(false);
   Walk(reader, 160, 30, 20, Scene::kNothing);
   reader.Finish();
@@ -357,7 +357,7 @@ TEST_F(AtlasTest, WithoutMappingTheMapStaysAsItIs) {
 
 TEST_F(AtlasTest, WhatWasSeenWithMappingIsKeptWithout) {
   const auto first = WalkPastBoth();
-  Atlas reader(SlamConfig(), *first->main().snapshot(), true, {});
+  Atlas reader(SlamConfig::Offline(), *first->main().snapshot(), true, {});
   reader.SetMapping(false);
   Walk(reader, 160, 30, 20, Scene::kLeft);
   reader.SetMapping(true);

@@ -13,7 +13,7 @@ namespace {
 const Camera kCamera{.width = 320, .height = 240, .fx = 260, .fy = 260, .cx = 159.5, .cy = 119.5};
 
 SlamConfig Sequential() {
-  SlamConfig config;
+  SlamConfig config = SlamConfig::Offline();
   config.runner.mode = RunnerMode::kSequential;
   return config;
 }

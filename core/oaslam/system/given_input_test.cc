@@ -12,7 +12,7 @@ constexpr double kUnitGiven = 0.4;  // of the application's odometry, in units o
 class GivenInputTest : public testing::Test {
  protected:
   static SlamConfig Config() {
-    SlamConfig config;
+    SlamConfig config = SlamConfig::Offline();
     config.runner.mode = RunnerMode::kSequential;
     return config;
   }

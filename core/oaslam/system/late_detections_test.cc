@@ -35,7 +35,7 @@ class LateDetections : public testing::Test {
   }
 
   static SlamConfig Config() {
-    SlamConfig config;
+    SlamConfig config = SlamConfig::Offline();
     config.runner.mode = RunnerMode::kSequential;
     config.objects.min_observations = 20;
     config.objects.min_parallax_deg = 5;

@@ -23,7 +23,7 @@ class AdjustmentTest : public testing::Test {
   AdjustmentTest() : map_(synthetic::MakeMap(synthetic::MakeWorld({}), {}).map) {}
 
   Mapper MapperOf(RunnerMode mode) {
-    SlamConfig config;
+    SlamConfig config = SlamConfig::Offline();
     config.runner.mode = mode;
     return Mapper(config, map_,
                   [this](const Map& map, const std::vector<KeyframeId>&, int, const BundleConfig&,

@@ -16,6 +16,7 @@
 #include "oaslam/map/scale_drift.h"
 #include "oaslam/mapping/submap_joining.h"
 #include "oaslam/objects/moved_objects.h"
+#include "oaslam/objects/scale_estimate.h"
 #include "oaslam/system/keyframe_search.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/rng.h"
@@ -131,14 +132,18 @@ double LengthOf(const Map& map, const std::vector<KeyframeId>& keyframes) {
 }
 
 // Gives the merged map the unit of one of its maps. The optimisation fixes one keyframe only, so
-// that the unit follows from the keyframes of that map before and after.
+// that the unit follows from the keyframes of that map before and after. Where that unit is known
+// by objects, those of both maps tell it better.
 void TakeUnitOf(const Map& metric, SavedMap& merged) {
   const std::vector<KeyframeId> keyframes = metric.keyframes.Ids();
   const double factor = LengthOf(metric, keyframes) / LengthOf(merged.map, keyframes);
-  merged.map.Scale(factor);
-  for (FramePose& pose : merged.trajectory) pose.cam_from_reference.translation *= factor;
-  merged.map.is_metric = true;
-  merged.map.unit_by_objects = metric.unit_by_objects;
+  ScaleToMetres(factor, metric.unit_by_objects, merged.map, merged.trajectory);
+  if (!metric.unit_by_objects) return;
+  const ScaleEstimate by_all = EstimateScale(merged.map, merged.class_names);
+  if (by_all.success)
+    ScaleToMetres(by_all.metres_per_unit,
+                  UnitByObjects{by_all.relative_sigma, by_all.objects, by_all.classes}, merged.map,
+                  merged.trajectory);
 }
 
 // How wrong the metre of a map may be.

@@ -58,7 +58,7 @@ class MapMergingTest : public testing::Test {
 };
 
 TEST_F(MapMergingTest, TwoMapsOfOneRoomBecomeOne) {
-  const MapMerging merging = MergeMaps(a_, b_, kBoth, {});
+  const MapMerging merging = MergeMaps(a_, b_, kBoth, SlamConfig::Offline());
   ASSERT_TRUE(merging.merged) << merging.evidence;
   EXPECT_THAT(merging.evidence, HasSubstr("keyframes of the second map are found in the first"));
   const Map& map = merging.merged->map;
@@ -78,7 +78,8 @@ TEST_F(MapMergingTest, TwoMapsOfOneRoomBecomeOne) {
 }
 
 TEST_F(MapMergingTest, IsTheSameOnEveryRun) {
-  const MapMerging first = MergeMaps(a_, b_, kBoth, {}), second = MergeMaps(a_, b_, kBoth, {});
+  const MapMerging first = MergeMaps(a_, b_, kBoth, SlamConfig::Offline()),
+                   second = MergeMaps(a_, b_, kBoth, SlamConfig::Offline());
   ASSERT_TRUE(first.merged && second.merged);
   for (const KeyframeId id : first.merged->map.keyframes.Ids())
     EXPECT_EQ(first.merged->map.keyframes.At(id).cam_from_world.translation,
@@ -88,7 +89,7 @@ TEST_F(MapMergingTest, IsTheSameOnEveryRun) {
 TEST_F(MapMergingTest, TheMetreOfEitherIsTheUnit) {
   SavedMap metric = b_;
   metric.map.is_metric = true;
-  const MapMerging merging = MergeMaps(a_, metric, kBoth, {});
+  const MapMerging merging = MergeMaps(a_, metric, kBoth, SlamConfig::Offline());
   ASSERT_TRUE(merging.merged);
   const Map& map = merging.merged->map;
   EXPECT_TRUE(map.is_metric);
@@ -109,7 +110,7 @@ TEST_F(MapMergingTest, TheMetreThatIsKnownBestIsTheUnit) {
     a.map.is_metric = b.map.is_metric = true;
     a.map.unit_by_objects = of_a;
     b.map.unit_by_objects = of_b;
-    return MergeMaps(a, b, kBoth, {}).merged->map.unit_by_objects;
+    return MergeMaps(a, b, kBoth, SlamConfig::Offline()).merged->map.unit_by_objects;
   };
   EXPECT_EQ(unit_of(rough, good), good);
   EXPECT_EQ(unit_of(good, rough), good);
@@ -119,7 +120,7 @@ TEST_F(MapMergingTest, TheMetreThatIsKnownBestIsTheUnit) {
 TEST_F(MapMergingTest, TwoRoomsStayApart) {
   const SavedMap elsewhere =
       MapOf(synthetic::MakeWorld({.points = 800, .seed = 9}), -30, 5, there_, 3);
-  const MapMerging merging = MergeMaps(a_, elsewhere, kBoth, {});
+  const MapMerging merging = MergeMaps(a_, elsewhere, kBoth, SlamConfig::Offline());
   EXPECT_FALSE(merging.merged);
   EXPECT_THAT(merging.evidence, HasSubstr("0 of 10 keyframes"));
 }
@@ -131,7 +132,7 @@ TEST_F(MapMergingTest, SubmapsOfBothStayApartTheLargestFirst) {
   for (const uint32_t id : {7, 8, 9}) a.submaps[0].map.RetireKeyframe(KeyframeId(id));
   for (Submap* submap : {&a.submaps[0], &b.submaps[0]})
     *submap = Renumbered(*submap, {{100, 10000, 100}, 500, submap->map.cameras, {0}});
-  const MapMerging merging = MergeMaps(a, b, kBoth, {});
+  const MapMerging merging = MergeMaps(a, b, kBoth, SlamConfig::Offline());
   ASSERT_TRUE(merging.merged);
   const std::vector<Submap>& submaps = merging.merged->submaps;
   ASSERT_EQ(submaps.size(), 2U);
@@ -144,7 +145,7 @@ TEST_F(MapMergingTest, ContradictingClassesAreRefused) {
   SavedMap a = a_, b = b_;
   a.map.classes.whole_of = {{1, 2}};
   b.map.classes.whole_of = {{2, 1}};
-  EXPECT_THROW(MergeMaps(a, b, kBoth, {}), InputError);
+  EXPECT_THROW(MergeMaps(a, b, kBoth, SlamConfig::Offline()), InputError);
 }
 
 TEST_F(MapMergingTest, CamerasAndNamesOfBothAreKept) {
@@ -152,13 +153,13 @@ TEST_F(MapMergingTest, CamerasAndNamesOfBothAreKept) {
   a.class_names = {{41, "cup"}};
   b.class_names = {{41, "cup"}, {100, "statue"}};
   b.map.cameras[0].name = "phone";
-  const MapMerging merging = MergeMaps(a, b, kBoth, {});
+  const MapMerging merging = MergeMaps(a, b, kBoth, SlamConfig::Offline());
   ASSERT_TRUE(merging.merged);
   EXPECT_EQ(merging.merged->class_names.size(), 2U);
   ASSERT_EQ(merging.merged->map.cameras.size(), 2U);
   EXPECT_EQ(merging.merged->map.keyframes.At(KeyframeId(15)).camera, 1);
   b.class_names[41] = "mug";
-  EXPECT_THROW(MergeMaps(a, b, kBoth, {}), InputError);
+  EXPECT_THROW(MergeMaps(a, b, kBoth, SlamConfig::Offline()), InputError);
 }
 
 }  // namespace

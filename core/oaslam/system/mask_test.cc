@@ -11,7 +11,8 @@ namespace oaslam {
 namespace {
 
 TEST(SlamMask, IsCheckedBeforeItIsUsed) {
-  Slam slam({}, {.width = 64, .height = 48, .fx = 60, .fy = 60, .cx = 31.5, .cy = 23.5});
+  Slam slam(SlamConfig::Offline(),
+            {.width = 64, .height = 48, .fx = 60, .fy = 60, .cx = 31.5, .cy = 23.5});
   cv::Mat mask(48, 64, CV_8UC1, cv::Scalar(255));
   mask.rowRange(40, 48).setTo(0);
   EXPECT_NO_THROW(slam.SetMask(mask));
@@ -42,7 +43,7 @@ TEST(SlamMask, WhatMovesWithTheCameraIsFoundAgainAfterAReset) {
   SetLogSink([&](LogLevel, const std::string& message) {
     found += message.find("moves with the camera") != std::string::npos;
   });
-  SlamConfig config;
+  SlamConfig config = SlamConfig::Offline();
   config.runner.mode = RunnerMode::kSequential;
   Slam slam(config, {.width = 320, .height = 240, .fx = 300, .fy = 300, .cx = 159.5, .cy = 119.5});
   const auto watch = [&] {

@@ -23,7 +23,9 @@ class ObjectAudit {
  private:
   struct Audited {
     ObjectPresence presence;
-    double absence = 0;  // summed evidence that the object is gone, over all frames alike
+    // Evidence that the object is gone, summed over all frames without Object::absence's bound at
+    // 0.
+    double absence = 0;
   };
   std::map<ObjectId, Audited> audited_;
   std::optional<double> last_time_;

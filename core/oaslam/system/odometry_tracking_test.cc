@@ -35,7 +35,7 @@ Walked Follow(const Walk& walk) {
   const synthetic::World world = synthetic::MakeWorld({});
   Map empty;
   empty.cameras.push_back(world.camera);
-  SlamConfig config;
+  SlamConfig config = SlamConfig::Offline();
   config.runner.mode = RunnerMode::kSequential;
   Atlas atlas(config, empty, false, {});
   Walked walked;

@@ -32,7 +32,7 @@ WalkResult RunWalk(RunnerMode mode, int frames, int blind_from = -1, int blind_t
                    bool slow_camera = false) {
   synthetic::World world = synthetic::MakeWorld({});
   for (double& d : world.max_distance) d = std::min(d, 3.6);
-  SlamConfig config;
+  SlamConfig config = SlamConfig::Offline();
   config.runner.mode = mode;
   Atlas atlas(config, EmptyMap(), false, {});
   WalkResult run;
@@ -111,7 +111,7 @@ TEST(Pipeline, ACameraFasterThanTheMapperLeavesTheMapConsistent) {
 }
 
 TEST(Pipeline, ItsQueueIsBounded) {
-  SlamConfig config;
+  SlamConfig config = SlamConfig::Offline();
   config.runner.mode = RunnerMode::kLive;
   MapPipeline pipeline(config, EmptyMap());
   MapCommand nothing;
@@ -127,7 +127,7 @@ TEST(Pipeline, MayEndAtAnyMoment) {
   for (const RunnerMode mode :
        {RunnerMode::kSequential, RunnerMode::kLockstep, RunnerMode::kLive}) {
     for (const int end : {0, 1, 5, 9, 10, 11, 12, 13, 14, 25, 40}) {
-      SlamConfig config;
+      SlamConfig config = SlamConfig::Offline();
       config.runner.mode = mode;
       Session session(config, EmptyMap(), false);
       uint32_t next_keyframe = 0, next_object = 0;

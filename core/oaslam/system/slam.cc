@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/objects/object_edit.h"
 #include "oaslam/relocalization/image_search.h"
 #include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/system/slam_impl.h"
@@ -102,14 +103,25 @@ AnchorReport Slam::PlaceAnchor(const AnchorRequest& request) {
 }
 
 AnchorReport Slam::EditAnchor(const std::string& name, const AnchorEdit& edit) {
-  return impl_->ChangeAnchors([&](const Map& map, oaslam::Anchors& anchors) {
+  AnchorReport report = impl_->ChangeAnchors([&](const Map& map, oaslam::Anchors& anchors) {
     return oaslam::EditAnchor(map, name, edit, anchors);
   });
+  if (report.IsDone() && report.name == name) impl_->states_->PostEdit(name);
+  return report;
 }
 
 AnchorReport Slam::RemoveAnchor(const std::string& name) {
   return impl_->ChangeAnchors(
       [&](const Map&, oaslam::Anchors& anchors) { return oaslam::RemoveAnchor(name, anchors); });
+}
+
+void Slam::EditObject(ObjectId object, const ObjectEdit& edit) {
+  Map trial = *impl_->session().Newest();
+  oaslam::EditObject(trial, object, edit, impl_->config_.objects);  // throws for a wrong request
+  impl_->ExpectMapping();
+  impl_->session().Submit(ObjectChange{object, edit});
+  impl_->PostChange();
+  impl_->ExpectMapping();
 }
 
 std::vector<ObjectPresence> Slam::Presence() const { return impl_->audit_.Report(); }

@@ -48,7 +48,7 @@ class OASLAM_LOCAL Slam::Impl {
   RelocalizationResult Relocalize(const ImageInput& input, const RelocalizeOptions& options);
   void SetMask(const ImageMask& mask);
   bool IsInImage(const Eigen::Vector2d& pixel) const;
-  // The text that refuses such a pixel.
+  // The message that refuses a pixel outside of the image.
   std::string NotInImage(const Eigen::Vector2d& pixel) const;
   // Sets the ray of the pixel that the request names in the newest image. Returns why there is
   // none, or an empty text.
@@ -87,7 +87,7 @@ class OASLAM_LOCAL Slam::Impl {
       std::make_shared<const ClassNames>(CocoClassNames());
   std::shared_ptr<SlamStates::Board> states_ = std::make_shared<SlamStates::Board>();
   mutable SnapshotSeries snapshots_;
-  TrackingResult newest_;                  // as posted last
+  TrackingResult newest_;                  // the last result that was posted to other threads
   mutable std::map<int, WorldId> worlds_;  // by number of a submap that a result has named
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
   bool is_mapping_ = true;
@@ -96,7 +96,8 @@ class OASLAM_LOCAL Slam::Impl {
   ObjectAudit audit_;
   int first_index_ = 0, next_index_ = 0;  // frames of a loaded map have smaller indices
   ObjectTrails trails_;                   // of the images followed by Relocalize
-  std::optional<double> last_timestamp_, last_followed_;  // of Process; of these images
+  // Time stamps of the last images of Process, and of Relocalize with `follow`.
+  std::optional<double> last_timestamp_, last_followed_;
 
  private:
   Frame FrameOfBoxes(const ImageInput& input, double timestamp) const;

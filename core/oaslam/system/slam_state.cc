@@ -1,17 +1,64 @@
 #include "oaslam/slam_state.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
+#include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/system/state_board.h"
 
 namespace oaslam {
+
+const char* ToString(SlamEventKind kind) {
+  return std::to_array<const char*>({"state", "world", "anchor placed", "anchor edited",
+                                     "anchor removed"})[static_cast<size_t>(kind)];
+}
+
+void SlamStates::Board::Add(SlamEventKind kind, const std::string& anchor) {
+  constexpr size_t kMost = 1000;
+  const TrackingResult& now = newest->result;
+  events.push_back({++last_number_, kind, now.frame, now.state, now.world, anchor});
+  if (events.size() > kMost) events.pop_front();
+}
+
+void SlamStates::Board::Post(std::shared_ptr<const SlamState> state) {
+  const std::lock_guard lock(mutex);
+  is_closed = !state;
+  if (state) {
+    const std::shared_ptr<const SlamState> before = std::exchange(newest, std::move(state));
+    if (before) AddEventsSince(*before);
+  }
+  changed.notify_all();
+}
+
+void SlamStates::Board::AddEventsSince(const SlamState& before) {
+  const TrackingResult &then = before.result, &now = newest->result;
+  if (now.world != then.world) Add(SlamEventKind::kWorld);
+  if (now.state != then.state) Add(SlamEventKind::kState);
+  if (MapOf(before.map) == MapOf(newest->map)) return;
+  const auto &had = MapOf(before.map)->anchors, &has = MapOf(newest->map)->anchors;
+  for (const auto& [name, anchor] : had)
+    if (!has.contains(name)) Add(SlamEventKind::kAnchorRemoved, name);
+  for (const auto& [name, anchor] : has)
+    if (!had.contains(name)) Add(SlamEventKind::kAnchorPlaced, name);
+}
+
+void SlamStates::Board::PostEdit(const std::string& anchor) {
+  const std::lock_guard lock(mutex);
+  Add(SlamEventKind::kAnchorEdited, anchor);
+}
 
 SlamStates::SlamStates(std::shared_ptr<Board> board) : board_(std::move(board)) {}
 
 std::shared_ptr<const SlamState> SlamStates::Newest() const {
   const std::lock_guard lock(board_->mutex);
   return board_->newest;
+}
+
+std::vector<SlamEvent> SlamStates::EventsAfter(uint64_t number) const {
+  const std::lock_guard lock(board_->mutex);
+  const auto first = std::ranges::upper_bound(board_->events, number, {}, &SlamEvent::number);
+  return {first, board_->events.end()};
 }
 
 bool SlamStates::HasEnded() const {

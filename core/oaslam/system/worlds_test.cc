@@ -15,7 +15,7 @@ class WorldsTest : public testing::Test {
   enum class Seen { kFirstHalf, kSecondHalf, kAll };
 
   static SlamConfig Config() {
-    SlamConfig config;
+    SlamConfig config = SlamConfig::Offline();
     config.runner.mode = RunnerMode::kSequential;
     return config;
   }

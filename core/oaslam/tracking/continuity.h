@@ -12,8 +12,8 @@ namespace oaslam {
 // The poses of the last minute before `now`, enough to know the usual speed of a camera.
 std::span<const FramePose> NewestPoses(const std::vector<FramePose>& trajectory, double now);
 
-// In seconds. Two frames that are farther apart are of two films, or a pause lies between them:
-// they say nothing about the speed of the camera.
+// In seconds. Between two frames that are farther apart in time lies a pause or a change of
+// recording: such frames say nothing about the speed of the camera.
 inline constexpr double kLongestStep = 3;
 
 // Whether the landmarks that support a pose distinguish its place from all others. The landmarks of

@@ -47,7 +47,7 @@ inline constexpr double kSureConfidence = 0.9;
 
 // Computes how certain a pose in the map is (docs/lab/uncertainty.md): from the covariance of its
 // own measurement, from how well the part of the map in view is linked to the rest, and from how
-// constant the scale is in this film.
+// constant the scale is in this recording.
 class PoseCertainty {
  public:
   // The result for an image with a pose in the map. `best_confidence`: the highest confidence of
@@ -57,7 +57,7 @@ class PoseCertainty {
   ImagePose PoseToReport(const Frame& frame, const Map& map, const TrackReport& tracked,
                          TrackingState state, const OdometryLink& link, double& best_confidence);
 
-  // Follows a map of which all lengths were multiplied by `factor`.
+  // Multiplies the lengths kept here by `factor`, after those of the map were.
   void Scale(double factor) { drift_.Scale(factor); }
 
  private:

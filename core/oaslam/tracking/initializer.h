@@ -23,8 +23,8 @@ class Initializer {
   // Begins anew. Returns the frames of the last seconds before the second frame of the initial map,
   // in order, so that they can be tracked in the map afterwards.
   std::vector<Frame> Reset();
-  // Why there is no map yet, as text for the user: "the camera has not moved", "too few corners",
-  // "only turned".
+  // Why there is no map yet, as text for the user, such as "the camera has not moved" or "too few
+  // corners in the image".
   const std::string& why_not() const { return why_not_; }
 
  private:

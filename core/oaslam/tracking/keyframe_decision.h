@@ -40,7 +40,7 @@ class KeyframeDecision {
   // Whether an image with a pose should become a keyframe.
   KeyframeNeed Need(const Frame& frame, const Map& map, const TrackReport& tracked,
                     TrackingState state, const OdometryLink& link) const;
-  // An image has become a keyframe, with so many landmarks.
+  // Notes that an image has become a keyframe; `inliers`: the landmarks that agree with its pose.
   void Made(KeyframeId id, double timestamp, int inliers);
 
  private:

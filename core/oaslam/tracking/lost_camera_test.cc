@@ -17,7 +17,7 @@ Frame MovingFrame(int index) {
 
 TEST(LostCamera, KeepsTheMotionsOfTheLastSeconds) {
   constexpr int kKept = 450, kFrames = 500;
-  LostCamera camera{SlamConfig{}};
+  LostCamera camera{SlamConfig::Offline()};
   camera.Keep(Frame{});  // without motion
   for (int i = 0; i < kFrames; ++i) camera.Keep(MovingFrame(i));
   camera.Keep(MovingFrame(kFrames - 1));  // once more, with its detections
@@ -29,7 +29,7 @@ TEST(LostCamera, KeepsTheMotionsOfTheLastSeconds) {
 }
 
 TEST(LostCamera, LooksAgainFromTimeToTime) {
-  LostCamera camera{SlamConfig{}};
+  LostCamera camera{SlamConfig::Offline()};
   EXPECT_TRUE(camera.IsTimeToLook(10));
   EXPECT_FALSE(camera.IsTimeToLook(10.1));
   EXPECT_TRUE(camera.IsTimeToLook(10.25));
@@ -44,7 +44,7 @@ TEST(LostCamera, FindsAnImageInTheMap) {
   Frame frame;
   frame.camera = view.camera;
   frame.features = view.features;
-  LostCamera camera{SlamConfig{}};
+  LostCamera camera{SlamConfig::Offline()};
   const Relocalization found =
       camera.Find(frame, map, {.search = RelocalizationMode::kPoints}, std::nullopt);
   ASSERT_EQ(found.evidence, PoseEvidence::kPoints);
@@ -53,7 +53,7 @@ TEST(LostCamera, FindsAnImageInTheMap) {
 
 // What images before tell of the place ends where the map's unit or the place itself changes.
 TEST(LostCamera, ForgetsWhereItWasRegistered) {
-  LostCamera camera{SlamConfig{}};
+  LostCamera camera{SlamConfig::Offline()};
   Relocalization found;
   found.evidence = PoseEvidence::kPoints;
   found.covariance.diagonal().head<3>().setConstant(1e-6);

@@ -21,7 +21,7 @@ struct ChainOfViews {
   double scale_at_squared = 0;
 
   void Add(double link, double scale_variance, const Eigen::Vector3d& at);
-  // Follows a map of which all lengths were multiplied by `factor`.
+  // Multiplies the lengths kept here by `factor`, after those of the map were.
   void Scale(double factor);
   // The expected squared error of a position due to the scale errors of the links, map units^2.
   double SquaredOffByScale(const Eigen::Vector3d& position) const;
@@ -38,7 +38,7 @@ class MapDrift {
   // The chain to a keyframe. Computes all chains again after a loop, and when the map has half as
   // many keyframes again; does not follow smaller corrections of the map in between.
   const ChainOfViews& ChainTo(const Map& map, KeyframeId id);
-  // Follows a map of which all lengths were multiplied by `factor`.
+  // Multiplies the lengths kept here by `factor`, after those of the map were.
   void Scale(double factor);
 
  private:

@@ -30,7 +30,7 @@ class ObjectWatch {
 
   // The object that each detection of an image shows; invalid where there is none.
   std::vector<ObjectId> ObjectsIn(const Frame& frame) const;
-  // Follows a map of which all lengths were multiplied by `factor`.
+  // Multiplies the lengths kept here by `factor`, after those of the map were.
   void Scale(double factor);
   // Adds the sightings of another watch, whose map was joined with the map of this one, and those
   // of its awaited images that come before the images awaited here.

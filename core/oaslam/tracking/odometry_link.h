@@ -49,7 +49,7 @@ class OdometryLink {
   // Returns the newest keyframe whose motion was right, from which predictions start now; nothing
   // where none is known.
   std::optional<KeyframeId> Correct(const Frame& frame);
-  // Follows a map of which all lengths were multiplied by `factor`.
+  // Multiplies the lengths kept here by `factor`, after those of the map were.
   void Scale(double factor);
   // Multiplies the lengths that are relative to each of these keyframes by its factor.
   void Scale(const std::map<KeyframeId, double>& factors);
@@ -72,8 +72,8 @@ class OdometryLink {
 
   // The length of the odometry's unit in units of the map; nothing for an image of another run.
   std::optional<double> UnitFor(const Frame& frame) const;
-  // The mean relative deviation of the units that single images give: how well the odometry and the
-  // map hold their scales in this film.
+  // The mean relative deviation of the units that single images give: how constant the scales of
+  // the odometry and of the map are in this recording.
   double spread() const { return (unit_ ? *unit_ : Unit()).spread; }
   double seen_at() const { return seen_at_; }  // time stamp of the newest image that See took
   double depth() const { return depth_; }      // of that image

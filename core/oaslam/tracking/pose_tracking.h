@@ -85,9 +85,10 @@ struct LocalMap {
 
 LocalMap CollectLocalMap(const Map& map, std::span<const LandmarkId> matched, int max_keyframes);
 
-// Tracks an image near the pose that its motion predicts. Many landmarks may contradict the
-// prediction, few may not. On failure, the report has the predicted pose and the few landmarks in
-// view that agree with it. `last`: the newest image with a pose and features.
+// Tracks an image near the pose that its motion predicts. A pose that many landmarks support is
+// accepted anywhere; a pose that few support only near the prediction. On failure, the report has
+// the predicted pose and the few landmarks in view that agree with it. `last`: the newest image
+// with a pose and features.
 TrackReport FollowMotion(const Frame& frame, const Map& map, const TrackedFrame& last,
                          const OdometryPrediction& predicted, const TrackDemands& demands);
 

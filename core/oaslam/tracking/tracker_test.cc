@@ -53,8 +53,8 @@ class TrackerTest : public testing::Test {
   Rng rng_{7};
   uint32_t next_keyframe_ = 0, next_object_ = 0;
   TrackingContext context_{.next_keyframe = &next_keyframe_, .next_object = &next_object_};
-  Mapper mapper_{{}, EmptyMap()};
-  Tracker tracker_{{}, false};
+  Mapper mapper_{SlamConfig::Offline(), EmptyMap()};
+  Tracker tracker_{SlamConfig::Offline(), false};
   std::shared_ptr<const Map> map_;
 };
 

@@ -26,12 +26,12 @@ class Trajectory {
   // Refines the poses of frames before `frame_index` against the landmarks they saw, at the
   // landmarks' present positions.
   void RefinePosesBefore(const Map& map, int frame_index);
-  // Adds the poses of another trajectory whose keyframes were joined with this map. They replace
-  // own poses of the same frames.
+  // Adds the poses of another trajectory whose keyframes were joined with this map. The added poses
+  // replace poses of the same frames in this trajectory.
   void Join(Trajectory other);
   // Adds the poses of a submap that was joined with this map (AdoptPoses).
   void Adopt(const std::vector<FramePose>& poses, double scale);
-  // Multiplies all lengths, as those of the map were.
+  // Multiplies all lengths by `factor`, after those of the map were.
   void Scale(double factor);
   // Multiplies the lengths that are relative to each of these keyframes by its factor.
   void Scale(const std::map<KeyframeId, double>& factors);

@@ -6,6 +6,7 @@ namespace oaslam {
 
 }  // namespace oaslam
 
-// A broken invariant of this library, never bad input: throws std::logic_error, which says where.
+// Checks an invariant of this library, never input: throws std::logic_error, which names the place,
+// where the condition is false.
 #define OASLAM_CHECK(condition) \
   ((condition) ? static_cast<void>(0) : ::oaslam::CheckFailed(#condition, __FILE__, __LINE__))

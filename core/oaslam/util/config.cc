@@ -13,7 +13,7 @@ SlamConfig SlamConfig::Live() {
   return config;
 }
 
-SlamConfig SlamConfig::Offline() { return {}; }
+SlamConfig SlamConfig::Offline() { return SlamConfig(); }
 
 std::vector<std::string> SlamConfig::Validate() const {
   std::vector<std::string> problems;

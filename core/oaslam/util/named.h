@@ -15,7 +15,7 @@ struct Named {
   const char* name;
 };
 
-// The first name of the table for a value that has none.
+// Returns the name of a value; for a value that is not in the table, the first name of the table.
 template <typename Enum, size_t N>
 const char* NameIn(const Named<Enum> (&table)[N], Enum value) {
   const auto found = std::ranges::find(table, value, &Named<Enum>::value);

@@ -5,8 +5,8 @@
 
 namespace oaslam {
 
-// A text that a terminal shows and does not obey: control characters except ends of lines and tabs,
-// and bytes that are not UTF-8, become "\x1b".
+// Makes a text safe for a terminal: replaces control characters (except line ends and tabs), and
+// bytes that are not UTF-8, by escapes such as "\x1b".
 std::string Printable(std::string_view text);
 
 }  // namespace oaslam

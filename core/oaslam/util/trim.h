@@ -4,7 +4,7 @@
 
 namespace oaslam {
 
-// Without the blanks around it: spaces, tabs and ends of lines.
+// Returns a text without the blanks around it: spaces, tabs and line ends.
 inline std::string_view Trim(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\r\n";
   const size_t begin = text.find_first_not_of(kBlanks);

@@ -21,7 +21,7 @@ struct Target;
 
 struct ServiceOptions {
   std::shared_ptr<MapStore> store;
-  SlamConfig config;
+  SlamConfig config = SlamConfig::Offline();
   size_t memory_bytes = size_t{4} << 30;  // of loaded maps
   size_t workers = 1;
   // Makes a detector, for images that points do not find and that have no boxes, and for new maps;

@@ -75,11 +75,12 @@ class MapShelfTest : public testing::Test {
   void Put(const std::string& map, uint64_t seed) { store_->Put(map, File(seed)); }
   void OpenShelf(size_t memory) {
     shelf_ = nullptr;
-    shelf_ = std::make_unique<MapShelf>(store_, SlamConfig(), memory, [this](const std::string& m) {
-      const std::scoped_lock lock(mutex_);
-      changed_.insert(m);
-      came_.notify_all();
-    });
+    shelf_ = std::make_unique<MapShelf>(store_, SlamConfig::Offline(), memory,
+                                        [this](const std::string& m) {
+                                          const std::scoped_lock lock(mutex_);
+                                          changed_.insert(m);
+                                          came_.notify_all();
+                                        });
   }
   // Waits until the shelf has told that the map has changed.
   void WaitForChange(const std::string& map) {

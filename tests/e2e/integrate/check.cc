@@ -140,7 +140,7 @@ constexpr int kWidth = 640, kHeight = 480;
 oaslam::Slam NewSlam() {
   oaslam::Camera camera{.width = kWidth, .height = kHeight};
   camera.fx = camera.fy = 525, camera.cx = 319.5, camera.cy = 239.5;
-  return {oaslam::SlamConfig{}, camera};
+  return {oaslam::SlamConfig::Offline(), camera};
 }
 
 void Print(const std::string& name, const oaslam::Slam& slam) {

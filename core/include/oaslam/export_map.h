@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "oaslam/export.h"
+#include "oaslam/map_snapshot.h"
+
+namespace oaslam {
+
+// Formats of other tools; docs/export.md has an example of each, with its frame of reference and
+// its pixel coordinates. kPly: a cloud of coloured points; kGltf: ellipsoids, landmarks, camera
+// path (.gltf as text, .glb in binary); kTum: the trajectory, or the poses of the keyframes where
+// the map has no trajectory; kColmap, kNerfstudio: a folder with cameras, poses and points.
+enum class MapFormat { kPly, kGltf, kTum, kColmap, kNerfstudio };
+// "ply", "gltf", "tum", "colmap", "nerfstudio".
+OASLAM_API const char* ToString(MapFormat format);
+
+// What a format may contain besides.
+struct ExportOptions {
+  bool with_ellipsoids = false;  // kPly: the objects as triangles, too
+  // kColmap, kNerfstudio: the images of the map, a source (OpenImages) for each of its recordings.
+  // Empty: keyframes are named by their time stamps, and no image is read.
+  std::vector<std::string> images{};
+};
+// Writes a map to a file, or to a folder where the format wants one:
+//
+//   ExportMap(slam.WholeMap(), MapFormat::kGltf, "room.glb");
+//
+// Throws InputError for a map without keyframes, a file name whose extension is not that of the
+// format, and a file that cannot be written.
+OASLAM_API void ExportMap(const MapSnapshot& map, MapFormat format, const std::string& path,
+                          const ExportOptions& options = {});
+
+}  // namespace oaslam
