@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <string>
-
 #include "oaslam/util/check.h"
 
 // Throws an exception of JavaScript, which passes through this code.

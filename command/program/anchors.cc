@@ -22,13 +22,6 @@ struct AnchorsOptions {
 
 constexpr const char* kPlaceForm = "NAME=MODEL@object:ID or NAME=MODEL@keyframe:ID:X,Y";
 
-uint32_t ParseId(const std::string& text, const std::string& whole) {
-  const std::optional<double> value = ParseNumber(text);
-  if (!value || *value < 0 || *value > 1e8 || *value != static_cast<uint32_t>(*value))
-    throw BadInput("{}: \"{}\" is not an id", whole, text);
-  return static_cast<uint32_t>(*value);
-}
-
 // The ray through a pixel of a keyframe's image, as the camera gave it.
 void SetRay(const Map& map, const std::string& at, const std::string& whole,
             AnchorRequest& request) {
@@ -36,7 +29,7 @@ void SetRay(const Map& map, const std::string& at, const std::string& whole,
   const auto [x, y] = SplitValue(pixel, ',', whole, kPlaceForm);
   const std::optional<double> px = ParseNumber(x), py = ParseNumber(y);
   if (!px || !py) throw BadInput("{}: \"{}\" is not a pixel X,Y", whole, pixel);
-  const Keyframe* keyframe = map.keyframes.Find(KeyframeId(ParseId(id, whole)));
+  const Keyframe* keyframe = map.keyframes.Find(KeyframeId(ParseId(id, whole, "an id")));
   if (!keyframe) throw BadInput("{}: the map has no keyframe {}", whole, id);
   const Camera& camera = map.cameras[keyframe->camera];
   const Rigid3 world_from_cam = keyframe->cam_from_world.Inverse();
@@ -52,7 +45,7 @@ void Place(const std::string& text, Map& map) {
   request.name = name;
   request.model = model;
   if (kind == "object")
-    request.object = ObjectId(ParseId(at, text));
+    request.object = ObjectId(ParseId(at, text, "an id"));
   else if (kind == "keyframe")
     SetRay(map, at, text, request);
   else

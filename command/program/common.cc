@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cstdio>
 #include <fstream>
 #include <memory>
@@ -144,6 +145,14 @@ std::pair<std::string, std::string> SplitValue(const std::string& text, char sep
   if (at == std::string::npos || at == 0 || at + 1 == text.size())
     throw BadInput("{} is not of the form {}", whole, form);
   return {text.substr(0, at), text.substr(at + 1)};
+}
+
+uint32_t ParseId(const std::string& text, const std::string& whole, const std::string& what) {
+  uint32_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || value > 100'000'000)
+    throw BadInput("{}: \"{}\" is not {}", whole, text, what);
+  return value;
 }
 
 SlamConfig LoadConfiguration(const CommonOptions& options, SlamConfig config) {

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <deque>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -52,6 +51,10 @@ void AddCommonOptions(CLI::App& app, CommonOptions& options);
 // `whole`, of which `text` is a part, is not of this form.
 std::pair<std::string, std::string> SplitValue(const std::string& text, char separator,
                                                const std::string& whole, const char* form);
+
+// A number from 0 to 100,000,000. Throws InputError, which says that the text in `whole` "is not
+// `what`".
+uint32_t ParseId(const std::string& text, const std::string& whole, const std::string& what);
 
 // --config, then --set, then validation; all problems in one InputError. `config`: the defaults.
 SlamConfig LoadConfiguration(const CommonOptions& options,

@@ -12,6 +12,7 @@
 #include "oaslam/formats/imu_file.h"
 #include "oaslam/geometry/degree.h"
 #include "oaslam/images/camera_source.h"
+#include "oaslam/images/image_files.h"
 #include "oaslam/images/image_list.h"
 
 namespace oaslam::apps {

@@ -34,7 +34,6 @@ struct FrameInput {
   std::optional<double> taken_s{};                 // as in InputImage
 };
 
-// The speed of a detector.
 struct DetectorPace {
   int images = 0;
   double busy_ms = 0;
@@ -45,7 +44,6 @@ struct SideFiles {
   std::string detections, gravity, imu;
 };
 
-// --imu.
 CLI::Option* AddImuOption(CLI::App& app, SideFiles& files);
 
 // The inputs of a command besides images. They are read before the first image, so that errors in

@@ -7,6 +7,7 @@
 
 #include "oaslam/formats/text.h"
 #include "oaslam/util/bad_input.h"
+#include "oaslam/util/median.h"
 
 namespace oaslam::apps {
 namespace {
@@ -42,8 +43,7 @@ GravityTrack GravityTrack::Load(const std::string& path) {
       gaps.push_back(gap);
   // A single sample has no rate: it is used for its own time.
   constexpr double kIntervalOfOne = 0.02;  // seconds: phones give 50 or 100 samples a second
-  std::ranges::sort(gaps);
-  track.interval_ = gaps.empty() ? kIntervalOfOne : gaps[gaps.size() / 2];
+  track.interval_ = gaps.empty() ? kIntervalOfOne : Median(std::move(gaps));
   return track;
 }
 

@@ -60,10 +60,9 @@ class InOrder : public CLI::Formatter {
 
 // The nearest word with so few wrong letters that it is probably meant; empty: none.
 std::string Nearest(const std::string& word, const std::vector<std::string>& words) {
-  const auto edits = [&](const std::string& known) { return EditDistance(known, word); };
-  const auto nearest = std::ranges::min_element(words, {}, edits);
+  const std::string nearest = words.empty() ? "" : NearestOf(words, word);
   const size_t most = std::max<size_t>(2, word.size() / 3);
-  return nearest != words.end() && edits(*nearest) <= static_cast<int>(most) ? *nearest : "";
+  return EditDistance(nearest, word) <= static_cast<int>(most) ? nearest : "";
 }
 
 }  // namespace

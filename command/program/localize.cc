@@ -145,7 +145,6 @@ bool IsFollowed(const TrackingResult& t) {
   return t.state == TrackingState::kOdometry || t.source == PoseSource::kRegistration;
 }
 
-// Converts a tracking result.
 RelocalizationResult FromTracking(const TrackingResult& t) {
   RelocalizationResult r;
   r.ms_features = t.ms_features;
@@ -318,7 +317,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
   progress.Finish();
   inputs.ReportSensors(slam.Gyroscope());
   results.SetPresence(slam.Presence());
-  failures.Add(recording.Finish());
+  failures.Try([&] { recording.Finish(); });
   failures.Throw();
 }
 

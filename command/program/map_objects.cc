@@ -1,8 +1,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -17,6 +15,7 @@
 #include "mask_choice.h"
 #include "oaslam/camera_file.h"
 #include "oaslam/detection_file.h"
+#include "oaslam/evaluation/alignment.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/map/frame.h"
@@ -36,22 +35,6 @@ struct Options {
   std::string trajectory, camera, detections, out, map_out, mask;
 };
 
-// Seconds between a detection's image and its pose; that of the TUM benchmark's own tools.
-constexpr double kMaxTimeDifference = 0.020;
-
-const StampedPose* NearestPose(const std::vector<StampedPose>& poses, double timestamp) {
-  const auto after = std::ranges::lower_bound(poses, timestamp, {}, &StampedPose::timestamp);
-  const StampedPose* nearest = nullptr;
-  double smallest = kMaxTimeDifference;
-  for (auto i = after == poses.begin() ? after : after - 1; i != poses.end() && i <= after; ++i) {
-    const double difference = std::abs(i->timestamp - timestamp);
-    if (difference > smallest) continue;
-    smallest = difference;
-    nearest = &*i;
-  }
-  return nearest;
-}
-
 std::vector<PosedDetections> PoseDetections(const Options& options, const Camera& camera,
                                             std::vector<ImageDetections> detected) {
   const std::vector<StampedPose> poses = LoadTrajectory(options.trajectory);
@@ -61,7 +44,7 @@ std::vector<PosedDetections> PoseDetections(const Options& options, const Camera
   for (TimedDetections& image : images) EraseHidden(mask, image.detections);
   std::vector<PosedDetections> frames;
   for (const TimedDetections& image : images) {
-    const StampedPose* pose = NearestPose(poses, image.timestamp);
+    const StampedPose* pose = NearestInTime(poses, image.timestamp);
     if (!pose) continue;
     std::vector<ObjectDetection> detections = IdealDetections(camera, image.detections);
     std::erase_if(detections, [](const ObjectDetection& d) { return d.box.Area() <= 0; });

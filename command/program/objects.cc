@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <charconv>
 #include <memory>
 
 #include "commands.h"
@@ -19,20 +18,15 @@ struct ObjectsOptions {
   std::vector<std::string> rename, erase, merge;
 };
 
-ObjectId ParseId(const std::string& text, const std::string& option) {
-  uint32_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size())
-    throw BadInput("{}: \"{}\" is not the id of an object; oaslam objects MAP lists them", option,
-                   text);
-  return ObjectId(value);
+ObjectId ParseObject(const std::string& text, const std::string& option) {
+  return ObjectId(ParseId(text, option, "the id of an object; oaslam objects MAP lists them"));
 }
 
 void Edit(const ObjectsOptions& options, const ObjectsConfig& config, Map& map) {
   const auto edit = [&](const std::string& option, const std::string& id,
                         const ObjectEdit& change) {
     try {
-      EditObject(map, ParseId(id, option), change, config);
+      EditObject(map, ParseObject(id, option), change, config);
     } catch (const InputError& error) {
       throw BadInput("{}: {}", option, error.what());
     }
@@ -43,7 +37,7 @@ void Edit(const ObjectsOptions& options, const ObjectsConfig& config, Map& map) 
   }
   for (const std::string& text : options.merge) {
     const auto [first, second] = SplitValue(text, ',', text, "--merge ID,ID");
-    edit("--merge " + text, first, {.same_as = ParseId(second, "--merge " + text)});
+    edit("--merge " + text, first, {.same_as = ParseObject(second, "--merge " + text)});
   }
   for (const std::string& text : options.erase) edit("--delete " + text, text, {.remove = true});
 }

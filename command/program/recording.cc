@@ -1,7 +1,5 @@
 #include "recording.h"
 
-#include <utility>
-
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/relocalization/snapshot_content.h"
@@ -61,14 +59,8 @@ void Recording::Add(const FrameInput& frame, const RelocalizationResult& result)
                      .confidence = result.confidence});
 }
 
-std::exception_ptr Recording::Finish() {
-  if (!video_) return nullptr;
-  try {
-    video_->Finish();
-    return nullptr;
-  } catch (const std::exception&) {
-    return std::current_exception();
-  }
+void Recording::Finish() {
+  if (video_) video_->Finish();
 }
 
 }  // namespace oaslam::apps

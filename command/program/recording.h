@@ -1,7 +1,6 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <exception>
 #include <optional>
 #include <string>
 
@@ -35,8 +34,8 @@ class Recording {
   void Add(const Slam& slam, const FrameInput& frame, const TrackingResult& result);
   // Adds an image that was relocalized, drawn with the map as it was at Begin.
   void Add(const FrameInput& frame, const RelocalizationResult& result);
-  // Completes the file; returns the error, if any.
-  std::exception_ptr Finish();
+  // Completes the file. Throws InputError where that fails.
+  void Finish();
 
  private:
   void Add(const FrameInput& frame, ArFrame shown);

@@ -17,7 +17,6 @@ std::string ImagesOnDisk(const std::string& images);
 // What a recording of these images is called.
 std::string NameOfImages(const std::string& images);
 
-// The option --recording.
 void AddRecordingOption(CLI::App& command, std::string& recording);
 
 // The recording that `recording` or the only one of `images` names; nothing: all. Images that may

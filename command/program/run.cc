@@ -2,7 +2,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <chrono>
 #include <exception>
 #include <filesystem>
 #include <functional>
@@ -26,6 +25,7 @@
 #include "oaslam/objects/object_mapper.h"
 #include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/slam.h"
+#include "oaslam/util/stopwatch.h"
 #include "oaslam/util/uri.h"
 #include "recording.h"
 #include "recording_choice.h"
@@ -50,10 +50,6 @@ struct RunOptions {
   std::optional<double> readout_ms;
 };
 
-double Seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 SlamConfig Configure(const RunOptions& options) {
   CommonOptions common = options.common;
   if (!options.mode.empty()) common.set.push_back("runner.mode=" + options.mode);
@@ -66,7 +62,7 @@ SlamConfig Configure(const RunOptions& options) {
 // Whether an image of a recording that is played as a camera would give it comes too late: the next
 // one is due already. Else waits until the image is due.
 bool IsLate(PlaybackClock& playback, double timestamp, double interval_s) {
-  const double now = Seconds(), due = playback.Due(timestamp, now);
+  const double now = SteadySeconds(), due = playback.Due(timestamp, now);
   if (due - now < -interval_s) return true;
   SleepUnlessInterrupted(due - now);
   return false;
@@ -217,7 +213,7 @@ struct Sinks {
 // Seconds since the camera took the image; empty: of a file.
 std::optional<double> AgeOf(const FrameInput& frame) {
   if (!frame.taken_s) return std::nullopt;
-  return Seconds() - *frame.taken_s;
+  return SteadySeconds() - *frame.taken_s;
 }
 
 void Take(const Slam& slam, const FrameInput& frame, const TrackingResult& result, int dropped,
@@ -297,8 +293,8 @@ struct RunWriter {
     for (const Submap& submap : saved.submaps)
       submaps.push_back(WorldPoses(submap.map, submap.trajectory, first_frame));
     failures.Try([&] {
-      written.tracked =
-          files.Finish(saved, trajectory, submaps, groundtruth, Seconds() - start_s, Interrupted());
+      written.tracked = files.Finish(saved, trajectory, submaps, groundtruth,
+                                     SteadySeconds() - start_s, Interrupted());
     });
     failures.Try([&] {
       if (!options.map_out.empty()) SaveMap(options.map_out, saved);
@@ -397,7 +393,7 @@ void Run(const RunOptions& given) {
   recording.Begin(slam, inputs.camera());
 
   ProgressBar progress(inputs.size(), options.common.quiet);
-  const double start_s = Seconds();
+  const double start_s = SteadySeconds();
   Sinks sinks{*options.view, recording, results};
   ImageCounts counts;
   Failures failures;  // reported after all results have been saved
@@ -405,9 +401,9 @@ void Run(const RunOptions& given) {
   failures.Try([&] {
     ProcessImages(inputs, slam, is_live && !inputs.is_live(), reset, sinks, progress, counts);
   });
-  failures.Add(recording.Finish());
+  failures.Try([&] { recording.Finish(); });
   inputs.ReportSensors(slam.Gyroscope());
-  results.SetDetectorPace(inputs.pace(), Seconds() - start_s);
+  results.SetDetectorPace(inputs.pace(), SteadySeconds() - start_s);
   progress.Finish();
   SayDetectorPace(options, inputs.pace(), counts.done);
 

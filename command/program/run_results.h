@@ -32,7 +32,6 @@ class RunResults {
     pace_ = pace;
     detector_wall_s_ = wall_s;
   }
-  // The camera and, if it was estimated, the estimate.
   void SetCamera(const Camera& camera, const std::optional<CameraEstimate>& estimate) {
     camera_ = camera;
     estimate_ = estimate;

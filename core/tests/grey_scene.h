@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <vector>
 
 #include "oaslam/features/grey_image.h"
 #include "oaslam/util/rng.h"
@@ -22,6 +23,24 @@ inline GreyBuffer Noise(int width, int height, uint64_t seed) {
   Rng rng(seed);
   return Drawn(width, height, [&](int, int) { return rng.Index(256); });
 }
+
+// The noise is in squares of `px` pixels, and repeats itself after `side` of them.
+class NoiseSquares {
+ public:
+  NoiseSquares(int side, int px, uint64_t seed) : side_(side), px_(px) {
+    Rng rng(seed);
+    for (int i = 0; i < side * side; ++i)
+      squares_.push_back(static_cast<uint8_t>(rng.Uniform(20, 235)));
+  }
+  uint8_t At(int x, int y) const {
+    const auto wrapped = [&](int k) { return (k / px_ % side_ + side_) % side_; };
+    return squares_[wrapped(y) * side_ + wrapped(x)];
+  }
+
+ private:
+  int side_, px_;
+  std::vector<uint8_t> squares_;
+};
 
 // 300 even rectangles over each other, with edges as soft as those of a lens.
 inline GreyBuffer RandomScene(int width, int height, uint64_t seed) {

@@ -15,6 +15,7 @@
 #include "oaslam/mapping/background_bundle.h"
 #include "oaslam/system/atlas.h"
 #include "oaslam/system/map_pipeline.h"
+#include "offline_config.h"
 #include "synthetic_world.h"
 
 namespace {
@@ -75,28 +76,18 @@ class MemoryRunsOut {
 namespace oaslam {
 namespace {
 
-Map EmptyMap() {
-  Map empty;
-  empty.cameras.push_back(synthetic::World().camera);
-  return empty;
-}
+using synthetic::EmptyMap;
 
 Map MapOfKeyframes(const std::vector<uint32_t>& ids) {
   Map map = EmptyMap();
-  auto no_features = std::make_shared<Features>();
-  no_features->bounds = IdealImageBounds(map.cameras[0]);
-  for (const uint32_t id : ids) {
-    Keyframe keyframe;
-    keyframe.features = no_features;
-    map.keyframes.Insert(KeyframeId(id), std::move(keyframe));
-  }
+  for (const uint32_t id : ids)
+    map.keyframes.Insert(KeyframeId(id), synthetic::BlankKeyframe(Rigid3()));
   return map;
 }
 
 Frame View(const synthetic::World& world, int index, Rng& rng) {
   const Rigid3 pose = synthetic::PoseOnArc({}, -20 + 0.8 * index);
-  Frame frame{index, index / 30.0, std::make_shared<const Camera>(world.camera), {}, {}};
-  frame.features = synthetic::MakeView(world, pose, {.missed = 0.1}, rng).features;
+  Frame frame = MakeFrame(synthetic::MakeView(world, pose, {.missed = 0.1}, rng), index);
   frame.motion = synthetic::TrueMotion(index, pose);
   return frame;
 }
@@ -112,9 +103,7 @@ TEST(MappingFailure, TheMapUpToThereIsKept) {
   const synthetic::World world = synthetic::MakeWorld({});
   for (const RunnerMode mode : {RunnerMode::kLockstep, RunnerMode::kLive})
     for (const int64_t allocations : {0, 1, 30, 300, 1500}) {
-      SlamConfig config = SlamConfig::Offline();
-      config.runner.mode = mode;
-      Atlas atlas(config, EmptyMap(), false, {});
+      Atlas atlas(OfflineIn(mode), EmptyMap(), false, {});
       Rng rng(7);
       int frame = 0;
       for (; frame < 30; ++frame) {
@@ -177,9 +166,7 @@ TEST(MappingFailure, InAChangeOfTheUnitTheUnitStays) {
 TEST(MappingFailure, WhatIsSubmittedLaterIsDropped) {
   for (const RunnerMode mode :
        {RunnerMode::kSequential, RunnerMode::kLockstep, RunnerMode::kLive}) {
-    SlamConfig config = SlamConfig::Offline();
-    config.runner.mode = mode;
-    MapPipeline pipeline(config, MapOfKeyframes({5}));
+    MapPipeline pipeline(OfflineIn(mode), MapOfKeyframes({5}));
     MapCommand nothing;
     pipeline.Submit(nothing);
     EXPECT_EQ(pipeline.Newest()->version, 2U);
@@ -203,9 +190,7 @@ TEST(MappingFailure, WhatIsSubmittedLaterIsDropped) {
 
 TEST(MappingFailure, OfTheLastOptimisationLeavesTheMapAsItWas) {
   const synthetic::World world = synthetic::MakeWorld({});
-  SlamConfig config = SlamConfig::Offline();
-  config.runner.mode = RunnerMode::kSequential;
-  MapPipeline pipeline(config, synthetic::MakeMap(world, {.position_noise = 0.02}).map);
+  MapPipeline pipeline(OfflineIn(), synthetic::MakeMap(world, {.position_noise = 0.02}).map);
   const auto before = pipeline.Newest();
   std::shared_ptr<const Map> after;
   {

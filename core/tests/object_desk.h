@@ -8,7 +8,7 @@
 
 #include "object_table.h"
 
-namespace oaslam::testing {
+namespace oaslam::object_desk {
 
 using object_table::kCamera;
 using object_table::kUp;
@@ -17,8 +17,7 @@ using object_table::LookAt;
 // Objects of few classes scattered over a desk of 1.6 m x 1.2 m, mapped from one side.
 inline Map Desk(uint64_t seed, int objects = 14) {
   Rng rng(seed);
-  Map map;
-  map.cameras = {kCamera};
+  Map map = object_table::EmptyMap();
   map.up = kUp;
   for (uint32_t k = 0; k < 10; ++k) {
     Keyframe keyframe;
@@ -27,25 +26,25 @@ inline Map Desk(uint64_t seed, int objects = 14) {
     map.keyframes.Insert(KeyframeId(k), keyframe);
   }
   for (int i = 0; i < objects; ++i) {
-    Object object;
-    object.category_id = i % 6;
-    object.state = ObjectState::kMapped;
-    const double size = 0.05 + 0.02 * object.category_id;
-    object.ellipsoid = {
-        {rng.Uniform(-0.8, 0.8), rng.Uniform(-0.6, 0.6), size},
-        {size, size * rng.Uniform(0.7, 1), size},
-        Eigen::Quaterniond(Eigen::AngleAxisd(rng.Uniform(0, 3), Eigen::Vector3d::UnitZ()))};
-    object.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 0.01, 0.01, 0.01, 0.1;
-    map.objects.Insert(ObjectId(static_cast<uint32_t>(i)), object);
+    const double size = 0.05 + 0.02 * (i % 6);
+    const synthetic::TrueObject object{
+        i % 6,
+        {{rng.Uniform(-0.8, 0.8), rng.Uniform(-0.6, 0.6), size},
+         {size, size * rng.Uniform(0.7, 1), size},
+         Eigen::Quaterniond(Eigen::AngleAxisd(rng.Uniform(0, 3), Eigen::Vector3d::UnitZ()))}};
+    synthetic::AddObject(map, WellMappedObject(object));
   }
   return map;
 }
 
-// The same objects with their places exchanged.
+// The mapped objects with their places exchanged.
 inline Map Permuted(const Map& map, uint64_t seed) {
   Rng rng(seed);
   Map permuted = map;
-  const auto ids = permuted.objects.Ids();
+  std::vector<ObjectId> ids;
+  map.objects.ForEach([&](ObjectId id, const Object& object) {
+    if (object.state == ObjectState::kMapped) ids.push_back(id);
+  });
   for (size_t i = ids.size() - 1; i > 0; --i)
     std::swap(permuted.objects.MutableAt(ids[i]).ellipsoid.center,
               permuted.objects.MutableAt(ids[rng.Index(static_cast<int>(i) + 1)]).ellipsoid.center);
@@ -85,8 +84,4 @@ inline Query Photograph(const Map& map, Rng& rng, double miss_rate = 0.15, doubl
   return {pose, Detect(map, pose, rng, miss_rate)};
 }
 
-inline double PositionError(const Rigid3& a, const Rigid3& b) {
-  return (a.OriginInSource() - b.OriginInSource()).norm();
-}
-
-}  // namespace oaslam::testing
+}  // namespace oaslam::object_desk

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "oaslam/geometry/box.h"
@@ -16,6 +17,34 @@ struct TrueObject {
   int category_id = 0;
   Ellipsoid ellipsoid;
 };
+
+inline Object MappedObject(const TrueObject& truth) {
+  Object object;
+  object.category_id = truth.category_id;
+  object.state = ObjectState::kMapped;
+  object.ellipsoid = truth.ellipsoid;
+  return object;
+}
+
+// Its shape and place are known as after many observations.
+inline Object WellMappedObject(const TrueObject& truth) {
+  Object object = MappedObject(truth);
+  object.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 0.01, 0.01, 0.01, 0.1;
+  return object;
+}
+
+// Its id is the number of objects before it.
+inline void AddObject(Map& map, Object object) {
+  map.objects.Insert(ObjectId(static_cast<uint32_t>(map.objects.size())), std::move(object));
+}
+
+inline std::vector<TrueObject> ObjectsOf(const Map& map) {
+  std::vector<TrueObject> objects;
+  map.objects.ForEach([&](ObjectId, const Object& object) {
+    objects.push_back({object.category_id, object.ellipsoid});
+  });
+  return objects;
+}
 
 struct DetectorOptions {
   double box_px = 1;  // noise of the edges

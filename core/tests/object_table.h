@@ -11,10 +11,9 @@
 // A table with things on it, and what a detector sees of them from known poses.
 namespace oaslam::object_table {
 
-inline const Camera kCamera{
-    .width = 640, .height = 480, .fx = 520, .fy = 520, .cx = 320, .cy = 240};
-inline const Eigen::Vector3d kUp(0, 0, 1);
-
+using synthetic::EmptyMap;
+using synthetic::kCamera;
+using synthetic::kUp;
 using synthetic::TrueObject;
 
 // A table with two cups side by side, a book and a bottle.
@@ -80,12 +79,6 @@ inline double DistanceToNearest(const TrueObject& truth, const std::vector<Objec
     if (o.category_id == truth.category_id)
       nearest = std::min(nearest, (o.ellipsoid.center - truth.ellipsoid.center).norm());
   return nearest;
-}
-
-inline Map EmptyMap() {
-  Map map;
-  map.cameras = {kCamera};
-  return map;
 }
 
 }  // namespace oaslam::object_table

@@ -7,13 +7,6 @@ namespace oaslam::synthetic {
 
 constexpr WorldOptions kPlaceWorld{.points = 1500, .cameras = 8, .seed = 1};
 
-inline Frame MakeFrame(const View& view) {
-  Frame frame;
-  frame.camera = view.camera;
-  frame.features = view.features;
-  return frame;
-}
-
 // A world, its map, and an index of its places.
 struct PlaceWorld {
   World world = MakeWorld(kPlaceWorld);

@@ -180,7 +180,7 @@ class Building {
 
   void MakeMap() {
     Rng rng(3);
-    map_.cameras.push_back(world_.camera);
+    map_ = EmptyMap(world_.camera);
     map_.up = Eigen::Vector3d::UnitZ();
     std::vector<std::vector<Observation>> seen(world_.points.size());
     for (int k = 0; k < options_.keyframes; ++k) {
@@ -200,10 +200,8 @@ class Building {
     landmark_of_point_.resize(world_.points.size());
     for (size_t i = 0; i < world_.points.size(); ++i) {
       if (seen[i].size() < 2) continue;
-      const LandmarkId id = map_.AddLandmark(world_.points[i], seen[i].front().keyframe);
-      for (const Observation& o : seen[i]) map_.AddObservation(id, o.keyframe, o.keypoint);
+      const LandmarkId id = AddLandmark(map_, world_.points[i], seen[i]);
       map_.landmarks.MutableAt(id).visible = map_.landmarks.MutableAt(id).found = 50;
-      map_.UpdateLandmark(id);
       landmark_of_point_[i] = id;
     }
     if (options_.is_described)
@@ -215,11 +213,7 @@ class Building {
   void MakeObjects() {
     Rng rng(4);
     for (uint32_t i = 0; i < objects_.size(); ++i) {
-      Object object;
-      object.category_id = objects_[i].category_id;
-      object.state = ObjectState::kMapped;
-      object.ellipsoid = objects_[i].ellipsoid;
-      object.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 0.01, 0.01, 0.01, 0.1;
+      Object object = WellMappedObject(objects_[i]);
       object.mean_iou = 0.95;
       for (int k = std::max(0, static_cast<int>(object_steps_[i] - kInView));
            k < std::min(options_.keyframes, static_cast<int>(object_steps_[i] + kInView)); ++k)
@@ -235,7 +229,7 @@ class Building {
       object.evidence = object.total_observations;
       object.last_seen_frame =
           object.observations.empty() ? 0 : object.observations.back().frame_index;
-      map_.objects.Insert(ObjectId(i), std::move(object));
+      AddObject(map_, std::move(object));
     }
   }
 

@@ -1,11 +1,14 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <numbers>
 #include <vector>
 
+#include "cameras.h"
 #include "oaslam/features/features.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/map/map.h"
@@ -21,25 +24,17 @@ struct WorldOptions {
   double arc_deg = 60;  // angle covered by the cameras, which look at the centre
   double radius = 3;    // of the arc; the points fill 4 x 2.4 x 2 around the centre
   uint64_t seed = 1;
+  double farthest = 1e9;  // from which a point may be seen at octave 0
 };
 
 struct World {
-  Camera camera{.width = 640, .height = 480, .fx = 520, .fy = 520, .cx = 320, .cy = 240};
+  Camera camera = kCamera;
   std::vector<Eigen::Vector3d> points;
   std::vector<Descriptor> descriptors;  // per point
   std::vector<double> max_distance;     // per point: seen at octave 0 from there
   std::vector<float> angles_rad;        // per point
   std::vector<Rigid3> cam_from_world;
 };
-
-// A camera at `center` that looks at `target`, upright (y down, world z up).
-inline Rigid3 LookAt(const Eigen::Vector3d& center, const Eigen::Vector3d& target) {
-  const Eigen::Vector3d z = (target - center).normalized(),
-                        x = z.cross(Eigen::Vector3d::UnitZ()).normalized();
-  Eigen::Matrix3d world_from_cam;
-  world_from_cam << x, z.cross(x), z;
-  return Rigid3(world_from_cam, center).Inverse();
-}
 
 inline Descriptor RandomDescriptor(Rng& rng) {
   return {rng.Next(), rng.Next(), rng.Next(), rng.Next()};
@@ -67,7 +62,8 @@ inline World MakeWorld(const WorldOptions& options) {
   for (int i = 0; i < options.points; ++i) {
     world.points.emplace_back(rng.Uniform(-2, 2), rng.Uniform(-1.2, 1.2), rng.Uniform(-1, 1));
     world.descriptors.push_back(RandomDescriptor(rng));
-    world.max_distance.push_back(options.radius * std::pow(1.2, rng.Uniform(0, 4)));
+    world.max_distance.push_back(
+        std::min(options.farthest, options.radius * std::pow(1.2, rng.Uniform(0, 4))));
     world.angles_rad.push_back(static_cast<float>(rng.Uniform(0, 2 * std::numbers::pi)));
   }
   for (int k = 0; k < options.cameras; ++k)
@@ -76,6 +72,34 @@ inline World MakeWorld(const WorldOptions& options) {
                      ? 0
                      : options.arc_deg * (static_cast<double>(k) / (options.cameras - 1) - 0.5)));
   return world;
+}
+
+// Each half has every second point: they are two scenes in one place, as if each were hidden while
+// the other is seen.
+inline std::array<World, 2> HalvesOf(const World& world) {
+  std::array<World, 2> halves;
+  for (World& half : halves) half.camera = world.camera;
+  for (size_t i = 0; i < world.points.size(); ++i) {
+    World& half = halves[i % 2];
+    half.points.push_back(world.points[i]);
+    half.descriptors.push_back(world.descriptors[i]);
+    half.max_distance.push_back(world.max_distance[i]);
+    half.angles_rad.push_back(world.angles_rad[i]);
+  }
+  return halves;
+}
+
+// An odometry with this unit knows these depths of the points in front of a camera.
+inline std::vector<FrameMotion::KnownDepth> DepthsFrom(const World& world,
+                                                       const Rigid3& cam_from_world, double unit) {
+  std::vector<FrameMotion::KnownDepth> depths;
+  for (const Eigen::Vector3d& point : world.points) {
+    const Eigen::Vector3d x = cam_from_world * point;
+    if (x.z() > 0)
+      depths.push_back(
+          {ProjectIdeal(world.camera, x).cast<float>(), static_cast<float>(unit / x.z())});
+  }
+  return depths;
 }
 
 struct ViewOptions {
@@ -127,6 +151,11 @@ inline View MakeView(const World& world, const Rigid3& cam_from_world, const Vie
   return view;
 }
 
+// The image is one of a video of 30 Hz.
+inline Frame MakeFrame(const View& view, int index = 0) {
+  return {index, index / 30.0, view.camera, view.features, {}};
+}
+
 // The same features with their descriptors as the learned ones, and chance as ORB's.
 inline std::shared_ptr<const Features> KnownByLearned(const Features& features, Rng& rng) {
   auto changed = std::make_shared<Features>(features);
@@ -163,14 +192,68 @@ inline Rigid3 Disturb(const Rigid3& pose, double translation_sigma, double rotat
 struct MappedWorld {
   Map map;                                    // a keyframe per camera of the world, ids 0, 1, ...
   std::vector<LandmarkId> landmark_of_point;  // invalid where seen by fewer than two cameras
+
+  // There is one for each key point, which is invalid where it shows none.
+  std::vector<LandmarkId> LandmarksIn(const View& view) const {
+    std::vector<LandmarkId> landmarks;
+    for (const int point : view.point_of_keypoint)
+      landmarks.push_back(point < 0 ? LandmarkId() : landmark_of_point[point]);
+    return landmarks;
+  }
 };
+
+inline Map EmptyMap(const Camera& camera = kCamera) {
+  Map map;
+  map.cameras = {camera};
+  return map;
+}
+
+// It has so many key points, of which nothing is known.
+inline Keyframe BlankKeyframe(const Rigid3& cam_from_world, size_t keypoints = 0) {
+  auto features = std::make_shared<Features>();
+  features->bounds = IdealImageBounds(kCamera);
+  features->keypoints.resize(keypoints);
+  features->descriptors.resize(keypoints);
+  features->BuildGrid();
+  Keyframe keyframe;
+  keyframe.cam_from_world = cam_from_world;
+  keyframe.features = features;
+  keyframe.landmarks.resize(keypoints);
+  return keyframe;
+}
+
+// The landmark has these observations.
+inline LandmarkId AddLandmark(Map& map, const Eigen::Vector3d& position,
+                              const std::vector<Observation>& seen) {
+  const LandmarkId id = map.AddLandmark(position, seen.front().keyframe);
+  for (const Observation& o : seen) map.AddObservation(id, o.keyframe, o.keypoint);
+  map.UpdateLandmark(id);
+  return id;
+}
+
+// Takes away what keyframes from `first` on see of a landmark, which is erased where one or none is
+// left.
+inline std::vector<Observation> TakeObservations(Map& map, LandmarkId id, uint32_t first) {
+  std::vector<Observation> taken;
+  for (const Observation& o : map.landmarks.At(id).observations)
+    if (o.keyframe.value >= first) taken.push_back(o);
+  for (const Observation& o : taken) map.EraseObservation(id, o.keyframe);
+  return taken;
+}
+
+// They are in the order of the keyframes' ids.
+inline std::vector<Rigid3> KeyframePoses(const Map& map) {
+  std::vector<Rigid3> poses;
+  map.keyframes.ForEach(
+      [&](KeyframeId, const Keyframe& keyframe) { poses.push_back(keyframe.cam_from_world); });
+  return poses;
+}
 
 // A consistent map of the world: every point seen by two cameras or more is a landmark.
 inline MappedWorld MakeMap(const World& world, const MapOptions& options) {
   Rng rng(options.seed);
-  MappedWorld result;
+  MappedWorld result{EmptyMap(world.camera), {}};
   Map& map = result.map;
-  map.cameras.push_back(world.camera);
   std::vector<std::vector<Observation>> seen(world.points.size());
   for (uint32_t k = 0; k < world.cam_from_world.size(); ++k) {
     const View view = MakeView(world, world.cam_from_world[k], options.view, rng);
@@ -193,10 +276,7 @@ inline MappedWorld MakeMap(const World& world, const MapOptions& options) {
     const Eigen::Vector3d noise(rng.Gaussian(options.position_noise),
                                 rng.Gaussian(options.position_noise),
                                 rng.Gaussian(options.position_noise));
-    const LandmarkId id = map.AddLandmark(world.points[i] + noise, seen[i].front().keyframe);
-    for (const Observation& o : seen[i]) map.AddObservation(id, o.keyframe, o.keypoint);
-    map.UpdateLandmark(id);
-    result.landmark_of_point[i] = id;
+    result.landmark_of_point[i] = AddLandmark(map, world.points[i] + noise, seen[i]);
   }
   for (uint32_t k = 0; k < world.cam_from_world.size(); ++k) map.UpdateCovisibility(KeyframeId(k));
   return result;

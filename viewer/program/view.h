@@ -4,7 +4,6 @@
 
 namespace oaslam::apps {
 
-// Adds the subcommand `view`.
 void AddViewCommand(CLI::App& app);
 
 }  // namespace oaslam::apps

@@ -1,5 +1,6 @@
 #include "oaslam/slam.h"
 
+#include <type_traits>
 #include <variant>
 
 #include "bindings.h"
@@ -50,19 +51,27 @@ std::string WithOptionsDocs(const char* text) {
          line("follow", doc::RelocalizeOptions_follow);
 }
 
-template <typename Map>
-RelocalizationResult FindIn(Map& map, const std::optional<cv::Mat>& image, double timestamp,
-                            const Detections& detections, const OptionalVector& gravity_in_cam,
-                            RelocalizationMode mode, const OptionalPose& prior,
-                            const OptionalCamera& camera, bool unknown_camera, bool follow) {
-  return map.Relocalize(
-      {image.value_or(cv::Mat()), timestamp, detections, false, gravity_in_cam, {}},
-      {mode, prior, camera, unknown_camera, follow});
+template <typename Self>
+RelocalizationResult Relocalize(Self& self, const std::optional<cv::Mat>& image, double timestamp,
+                                const Detections& detections, const OptionalVector& gravity_in_cam,
+                                RelocalizationMode mode, const OptionalPose& prior,
+                                const OptionalCamera& camera, bool unknown_camera, bool follow) {
+  const auto find = [&](auto& map) {
+    return map.Relocalize(
+        {image.value_or(cv::Mat()), timestamp, detections, false, gravity_in_cam, {}},
+        {mode, prior, camera, unknown_camera, follow});
+  };
+  if constexpr (std::is_same_v<Self, ExclusiveSlam>) {
+    return self.Use(find);
+  } else {
+    const WithoutPythonsLock without_gil;
+    return find(self);
+  }
 }
 
-template <typename Class, typename Function>
-void AddRelocalize(Class& type, Function&& function, const char* text) {
-  type.def("relocalize", std::forward<Function>(function), py::arg("image") = std::nullopt,
+template <typename Self, typename Class>
+void AddRelocalize(Class& type, const char* text) {
+  type.def("relocalize", &Relocalize<Self>, py::arg("image") = std::nullopt,
            py::arg("timestamp") = 0, py::arg("detections") = py::tuple(), py::kw_only(),
            py::arg("gravity_in_cam") = std::nullopt,
            py::arg("mode") = RelocalizationMode::kPointsAndObjects, py::arg("prior") = std::nullopt,
@@ -201,18 +210,7 @@ void AddSlam(py::module_& m) {
   PYBIND11_NUMPY_DTYPE(TrackedPointRow, pixel, sigma_px, landmark, position);
   SlamClass slam(m, "Slam", doc::Slam);
   AddTracking(slam);
-  AddRelocalize(
-      slam,
-      [](ExclusiveSlam& self, const std::optional<cv::Mat>& image, double timestamp,
-         const Detections& detections, const OptionalVector& gravity_in_cam,
-         RelocalizationMode mode, const OptionalPose& prior, const OptionalCamera& camera,
-         bool unknown_camera, bool follow) {
-        return self.Use([&](Slam& s) {
-          return FindIn(s, image, timestamp, detections, gravity_in_cam, mode, prior, camera,
-                        unknown_camera, follow);
-        });
-      },
-      doc::Slam_Relocalize);
+  AddRelocalize<ExclusiveSlam>(slam, doc::Slam_Relocalize);
   AddMapping(slam);
 }
 
@@ -228,17 +226,7 @@ void AddMapLocalizer(py::module_& m) {
            py::arg("map"), py::arg("config") = SlamConfig::Offline(),
            doc::MapLocalizer_MapLocalizer)
       .def_property_readonly("map", &MapLocalizer::map, doc::MapLocalizer_map);
-  AddRelocalize(
-      localizer,
-      [](const MapLocalizer& self, const std::optional<cv::Mat>& image, double timestamp,
-         const Detections& detections, const OptionalVector& gravity_in_cam,
-         RelocalizationMode mode, const OptionalPose& prior, const OptionalCamera& camera,
-         bool unknown_camera, bool follow) {
-        const WithoutPythonsLock without_gil;
-        return FindIn(self, image, timestamp, detections, gravity_in_cam, mode, prior, camera,
-                      unknown_camera, follow);
-      },
-      doc::MapLocalizer_Relocalize);
+  AddRelocalize<const MapLocalizer>(localizer, doc::MapLocalizer_Relocalize);
 }
 
 }  // namespace oaslam::python

@@ -6,19 +6,23 @@
 
 namespace oaslam {
 
+const StampedPose* NearestInTime(const std::vector<StampedPose>& poses, double timestamp,
+                                 double max_difference) {
+  if (poses.empty()) return nullptr;
+  auto nearest = std::ranges::lower_bound(poses, timestamp, {}, &StampedPose::timestamp);
+  if (nearest == poses.end() || (nearest != poses.begin() && timestamp - (nearest - 1)->timestamp <
+                                                                 nearest->timestamp - timestamp))
+    --nearest;
+  return std::abs(nearest->timestamp - timestamp) <= max_difference ? &*nearest : nullptr;
+}
+
 std::vector<AssociatedPair> Associate(const std::vector<StampedPose>& reference,
                                       const std::vector<StampedPose>& query,
                                       double max_difference) {
   std::vector<AssociatedPair> pairs;
-  for (size_t q = 0; q < query.size() && !reference.empty(); ++q) {
-    const double t = query[q].timestamp;
-    size_t nearest = static_cast<size_t>(
-        std::ranges::lower_bound(reference, t, {}, &StampedPose::timestamp) - reference.begin());
-    if (nearest == reference.size() ||
-        (nearest > 0 && t - reference[nearest - 1].timestamp < reference[nearest].timestamp - t))
-      --nearest;
-    if (std::abs(reference[nearest].timestamp - t) <= max_difference) pairs.push_back({nearest, q});
-  }
+  for (size_t q = 0; q < query.size(); ++q)
+    if (const auto* nearest = NearestInTime(reference, query[q].timestamp, max_difference))
+      pairs.push_back({static_cast<size_t>(nearest - reference.data()), q});
   return pairs;
 }
 

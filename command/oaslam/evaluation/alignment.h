@@ -16,6 +16,11 @@ struct AssociatedPair {
   size_t reference = 0, query = 0;  // indices
 };
 
+// The pose nearest in time, the later one of two; null where none is near enough. `poses` must
+// ascend in time.
+const StampedPose* NearestInTime(const std::vector<StampedPose>& poses, double timestamp,
+                                 double max_difference = kMaxTimeDifference);
+
 // Assigns to each query the reference nearest in time, if it is near enough.
 // Both must ascend in time.
 std::vector<AssociatedPair> Associate(const std::vector<StampedPose>& reference,
@@ -33,7 +38,6 @@ inline Rigid3 operator*(const Alignment& alignment, const Rigid3& world_from_cam
   return {alignment.rotation * world_from_cam.rotation, alignment * world_from_cam.translation};
 }
 
-// The poses in the reference frame.
 std::vector<StampedPose> Aligned(std::vector<StampedPose> poses,
                                  const Alignment& reference_from_query);
 

@@ -210,9 +210,9 @@ class OASLAM_API Slam {
   // the result is empty.
   std::vector<TrackedPoint> TrackedPoints() const;
 
-  // What a viewer shows of the newest image; known to the library alone.
+  // What a viewer shows of an image; known to the library alone.
   struct View;
-  // Returns that view of the newest image, for MapViewer.
+  // Returns the view of the newest image, for MapViewer.
   std::shared_ptr<const View> NewestView() const;
 
   // The newest result and map, for other threads; both are replaced after each image and after each

@@ -2,7 +2,7 @@
 #include "oaslam/anchors/editing.h"
 #include "oaslam/anchors/placement.h"
 #include "oaslam/anchors/ray_cast.h"
-#include "oaslam/util/rng.h"
+#include "synthetic_world.h"
 
 namespace oaslam {
 namespace {
@@ -11,25 +11,16 @@ const Eigen::Vector3d kUp(0, -1, 0);  // of level cameras
 
 // Two cameras in front of a level table of landmarks 1 below them, with a cup on it.
 Map Table() {
-  Map map;
-  map.cameras.push_back(
+  Map map = synthetic::EmptyMap(
       {.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 319.5, .cy = 239.5});
   Rng rng(7);
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < 200; ++i)
     points.emplace_back(rng.Uniform(-1, 1), 1 + rng.Gaussian(0.003), rng.Uniform(2, 4));
-  auto features = std::make_shared<Features>();
-  features->bounds = {0, 0, 640, 480};
-  features->keypoints.resize(points.size());
-  features->descriptors.resize(points.size());
-  features->BuildGrid();
-  for (uint32_t k = 0; k < 2; ++k) {
-    Keyframe keyframe;
-    keyframe.cam_from_world.translation = {-0.2 * k, 0, 0};
-    keyframe.features = features;
-    keyframe.landmarks.resize(points.size());
-    map.keyframes.Insert(KeyframeId(k), keyframe);
-  }
+  for (uint32_t k = 0; k < 2; ++k)
+    map.keyframes.Insert(
+        KeyframeId(k),
+        synthetic::BlankKeyframe({Rigid3::Rotation::Identity(), {-0.2 * k, 0, 0}}, points.size()));
   for (uint32_t i = 0; i < points.size(); ++i) {
     const LandmarkId id = map.AddLandmark(points[i], KeyframeId(0));
     for (uint32_t k = 0; k < 2; ++k) map.AddObservation(id, KeyframeId(k), i);
@@ -172,7 +163,9 @@ TEST(Anchors, RefuseAPoseThatIsNone) {
     const AnchorReport moved = EditAnchor(map, "it", {.pose = pose}, edited);
     EXPECT_EQ(placed.IsDone(), moved.IsDone());
     EXPECT_EQ(anchors.size(), placed.IsDone() ? 1U : 0U);
-    if (!placed.IsDone()) EXPECT_THAT(placed.why_not, HasSubstr("no unit quaternion"));
+    if (!placed.IsDone()) {
+      EXPECT_THAT(placed.why_not, HasSubstr("no unit quaternion"));
+    }
     return placed.IsDone();
   };
   Rigid3 pose;

@@ -14,7 +14,6 @@ using Anchors = std::map<std::string, Anchor>;
 // Places content in the map and adds its anchor to `anchors`, which must be those of the map.
 AnchorReport PlaceAnchor(const Map& map, const AnchorRequest& request, Anchors& anchors);
 
-// Changes an anchor of the map.
 AnchorReport EditAnchor(const Map& map, const std::string& name, const AnchorEdit& edit,
                         Anchors& anchors);
 AnchorReport RemoveAnchor(const std::string& name, Anchors& anchors);

@@ -25,23 +25,11 @@ Eigen::Matrix<double, 6, 6> CarriedMotion(const Rigid3& cam_from_keyframe) {
   return motion;
 }
 
-PoseBlock AsPose(const double* block) {
-  PoseBlock pose;
-  std::copy_n(block, pose.size(), pose.begin());
-  return pose;
-}
-
-ShapeBlock AsShape(const double* block) {
-  ShapeBlock shape;
-  std::copy_n(block, shape.size(), shape.begin());
-  return shape;
-}
-
 }  // namespace
 
-Ellipsoid Changed(const Ellipsoid& start, const ShapeBlock& change) {
+Ellipsoid WithShapeChange(const Ellipsoid& start, const double* change) {
   ShapeVector all = ShapeVector::Zero();
-  all.head<7>() = Eigen::Map<const Eigen::Matrix<double, 7, 1>>(change.data());
+  all.head<7>() = Eigen::Map<const Eigen::Matrix<double, 7, 1>>(change);
   return Moved(start, all);
 }
 
@@ -60,9 +48,9 @@ BoxEdgeCost::BoxEdgeCost(const BoxMeasurement& measured, const Ellipsoid& ellips
 bool BoxEdgeCost::Evaluate(const double* const* parameters, double* residuals,
                            double** jacobians) const {
   const size_t shape_index = fixed_pose_ ? 0 : 1;
-  const Rigid3 keyframe_from_world = fixed_pose_ ? *fixed_pose_ : FromBlock(AsPose(parameters[0]));
+  const Rigid3 keyframe_from_world = fixed_pose_ ? *fixed_pose_ : FromBlock(parameters[0]);
   const Ellipsoid ellipsoid =
-      free_shape_ ? Changed(ellipsoid_, AsShape(parameters[shape_index])) : ellipsoid_;
+      free_shape_ ? WithShapeChange(ellipsoid_, parameters[shape_index]) : ellipsoid_;
   const auto view = ViewEllipsoid(ellipsoid, measured_.cam_from_keyframe * keyframe_from_world);
   Eigen::Map<Eigen::Vector4d> residual(residuals);
   // The weights of the rows; 0 for those without derivative.

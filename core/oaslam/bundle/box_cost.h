@@ -16,7 +16,7 @@ namespace oaslam {
 // A change of an ellipsoid as a Ceres parameter block, initially zero: centre (world), log half
 // axes, rotation about its third axis [rad].
 using ShapeBlock = std::array<double, 7>;
-Ellipsoid Changed(const Ellipsoid& start, const ShapeBlock& change);
+Ellipsoid WithShapeChange(const Ellipsoid& start, const double* change);
 
 // A detection, from a camera whose pose is relative to a keyframe.
 struct BoxMeasurement {

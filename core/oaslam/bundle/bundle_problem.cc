@@ -107,7 +107,8 @@ class BundleProblem {
     for (size_t i = 0; i < points_.size(); ++i)
       correction.points.emplace_back(point_ids_[i], points_[i]);
     for (size_t i = 0; i < shapes_.size(); ++i)
-      correction.objects.emplace_back(selection_.objects[i], Changed(ellipsoids_[i], shapes_[i]));
+      correction.objects.emplace_back(selection_.objects[i],
+                                      WithShapeChange(ellipsoids_[i], shapes_[i].data()));
     const std::vector<double> chi2 = Chi2OfAll();
     for (size_t i = 0; i < chi2.size(); ++i)
       if (IsOutlier(chi2[i]))

@@ -8,6 +8,7 @@
 
 #include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/levenberg_marquardt.h"
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/pose_step.h"
 
 namespace oaslam {
@@ -112,7 +113,7 @@ class IntrinsicsProblem {
     for (size_t k = 1; k < state.poses.size(); ++k) {
       state.poses[k] = Moved(state.poses[k], step.segment<6>(RowOf(static_cast<int>(k))));
     }
-    state.camera = Changed(state.camera, of_camera.head<kIntrinsics>());
+    state.camera = WithIntrinsicsStep(state.camera, of_camera.head<kIntrinsics>());
     state.readout_s += of_camera[kIntrinsics];
     return true;
   }

@@ -30,7 +30,6 @@ struct IntrinsicsState {
   std::vector<Eigen::Vector3d> points;
 };
 
-// Prior knowledge of the intrinsics.
 struct IntrinsicsPrior {
   Camera camera;
   double readout_s = 0;

@@ -1,7 +1,5 @@
 #include "oaslam/bundle/motion_cost.h"
 
-#include <algorithm>
-
 #include "oaslam/bundle/reprojection_cost.h"
 #include "oaslam/geometry/skew.h"
 
@@ -46,14 +44,9 @@ MotionCost::MotionCost(const MotionMeasurement& measured, const std::optional<Ri
 
 bool MotionCost::Evaluate(const double* const* parameters, double* residuals,
                           double** jacobians) const {
-  const auto pose = [](const double* block) {
-    PoseBlock copy;
-    std::copy_n(block, copy.size(), copy.begin());
-    return FromBlock(copy);
-  };
   const size_t to_block = from_ ? 0 : 1;
-  const Rigid3 from = from_ ? *from_ : pose(parameters[0]),
-               to = to_ ? *to_ : pose(parameters[to_block]);
+  const Rigid3 from = from_ ? *from_ : FromBlock(parameters[0]),
+               to = to_ ? *to_ : FromBlock(parameters[to_block]);
   Eigen::Map<PoseVector>{residuals} = MotionError(measured_, from, to);
   if (!jacobians) return true;
   const auto write = [&](size_t block, const Eigen::Matrix<double, 6, 6>& by_step) {

@@ -10,7 +10,6 @@
 
 namespace oaslam {
 
-// A measured motion between two cameras.
 struct MotionMeasurement {
   int from = 0, to = 0;  // poses
   Rigid3 to_from_from;

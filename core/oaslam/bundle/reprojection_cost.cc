@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/skew.h"
 
 namespace oaslam {
@@ -16,7 +17,7 @@ using Matrix67 = Eigen::Matrix<double, 6, 7, Eigen::RowMajor>;
 
 // At or behind the camera there is no projection: both residuals are a constant of 100 sigmas
 // instead (kBehindChi2 in huber.h), so that no step gains by going there.
-constexpr double kMinDepth = 1e-6, kBehindError = 100;
+constexpr double kBehindError = 100;
 
 Eigen::Quaterniond Exp(const Eigen::Vector3d& w) {
   const double half = w.norm() / 2;
@@ -66,8 +67,8 @@ PoseBlock ToBlock(const Rigid3& pose) {
   return {q(0), q(1), q(2), q(3), pose.translation.x(), pose.translation.y(), pose.translation.z()};
 }
 
-Rigid3 FromBlock(const PoseBlock& block) {
-  return {Rotation(block.data()).normalized(), Eigen::Vector3d(Translation(block.data()))};
+Rigid3 FromBlock(const double* block) {
+  return {Rotation(block).normalized(), Eigen::Vector3d(Translation(block))};
 }
 
 bool PoseManifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {

@@ -14,7 +14,8 @@ namespace oaslam {
 // A pose as a Ceres parameter block: quaternion x y z w, then translation, of cam_from_world.
 using PoseBlock = std::array<double, 7>;
 PoseBlock ToBlock(const Rigid3& pose);
-Rigid3 FromBlock(const PoseBlock& block);
+Rigid3 FromBlock(const double* block);
+inline Rigid3 FromBlock(const PoseBlock& block) { return FromBlock(block.data()); }
 
 // The tangent space is a small motion (translation, rotation vector) applied after the pose: about
 // the camera, where rotation and translation are hardly correlated.
@@ -43,7 +44,6 @@ class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
   bool active_ = true;
 };
 
-// The cost of ReprojectionCost for a fixed pose.
 class FixedPoseReprojectionCost final : public ceres::SizedCostFunction<2, 3> {
  public:
   FixedPoseReprojectionCost(const Camera& camera, const Rigid3& cam_from_world,

@@ -66,12 +66,7 @@ Film MakeFilm() {
 }
 
 double CenterError(const Map& map, const synthetic::World& world) {
-  double sum = 0;
-  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
-    sum += (k.cam_from_world.OriginInSource() - world.cam_from_world[id.value].OriginInSource())
-               .squaredNorm();
-  });
-  return std::sqrt(sum / static_cast<double>(map.keyframes.size()));
+  return CenterErrorsOf(synthetic::KeyframePoses(map), world.cam_from_world).rms;
 }
 
 TEST(RollingShutter, UndoingTheReadoutMendsThePoses) {

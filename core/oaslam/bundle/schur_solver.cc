@@ -5,6 +5,7 @@
 #include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/estimation/schur_system.h"
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/util/check.h"
 

@@ -11,7 +11,6 @@
 
 namespace oaslam {
 
-// A point seen by a camera.
 struct PointMeasurement {
   int pose = 0, point = 0;
   Eigen::Vector2d px;  // ideal image

@@ -26,7 +26,6 @@ struct SelfCalibrationOptions {
   bool compares_parts = true;
 };
 
-// The result of calibrating a camera by a map.
 struct SelfCalibration {
   // Whether the images determine the focal length; if not, `why_not` tells why, and `camera` is the
   // best guess.

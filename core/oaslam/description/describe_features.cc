@@ -9,8 +9,8 @@
 
 namespace oaslam {
 
-Features Described(const Features& features, const Camera& camera, const GreyImage& image,
-                   std::span<const uint16_t> keypoints) {
+Features DescribeFeatures(const Features& features, const Camera& camera, const GreyImage& image,
+                          std::span<const uint16_t> keypoints) {
   // The network's buffers are used by one thread at a time.
   thread_local CornerDescriber describer;
   const Eigen::Vector2d ratio(static_cast<double>(camera.width) / image.width,
@@ -30,10 +30,10 @@ Features Described(const Features& features, const Camera& camera, const GreyIma
   return described;
 }
 
-Features Described(const Features& features, const Camera& camera, const GreyImage& image) {
+Features DescribeFeatures(const Features& features, const Camera& camera, const GreyImage& image) {
   std::vector<uint16_t> all(features.keypoints.size());
   std::iota(all.begin(), all.end(), uint16_t{0});
-  return Described(features, camera, image, all);
+  return DescribeFeatures(features, camera, image, all);
 }
 
 }  // namespace oaslam

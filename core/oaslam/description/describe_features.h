@@ -12,9 +12,9 @@ namespace oaslam {
 // The features with learned descriptors of these key points (ascending), instead of those that they
 // had. `image`: the camera's image, at any resolution with the same aspect ratio. Thread-safe;
 // takes 30 ms on one core for 640 x 480 pixels.
-Features Described(const Features& features, const Camera& camera, const GreyImage& image,
-                   std::span<const uint16_t> keypoints);
+Features DescribeFeatures(const Features& features, const Camera& camera, const GreyImage& image,
+                          std::span<const uint16_t> keypoints);
 // Describes all key points of `features`.
-Features Described(const Features& features, const Camera& camera, const GreyImage& image);
+Features DescribeFeatures(const Features& features, const Camera& camera, const GreyImage& image);
 
 }  // namespace oaslam

@@ -28,11 +28,12 @@ TEST(Described, LooksWhereTheOriginalImageShowsTheKeyPoint) {
     EXPECT_GT((features.keypoints.back().px.cast<double>() - original).norm(), 3);
   }
   const auto expected = CornerDescriber().Describe(half.view(), corners);
-  const Features all = Described(features, camera, half.view());
+  const Features all = DescribeFeatures(features, camera, half.view());
   EXPECT_EQ(all.learned.keypoints, (std::vector<uint16_t>{0, 1}));
   for (size_t i = 0; i < expected.size(); ++i)
     EXPECT_LE(HammingDistance(all.learned.descriptors.at(i), expected[i]), 4);
-  const Features second = Described(features, camera, half.view(), std::array<uint16_t, 1>{1});
+  const Features second =
+      DescribeFeatures(features, camera, half.view(), std::array<uint16_t, 1>{1});
   EXPECT_EQ(second.learned.keypoints, std::vector<uint16_t>{1});
   EXPECT_LE(HammingDistance(second.learned.descriptors.at(0), expected[1]), 4);
 }

@@ -37,7 +37,6 @@ struct LayerWeights {
   cv::Mat biases;   // floats, 1 x outputs
 };
 
-// The weights of each of kDescriptorLayers.
 using DescriptorLayers = std::array<LayerWeights, kDescriptorLayers.size()>;
 
 // Reads a file of weights, whose layout train/export.py describes. Throws InputError where it is

@@ -3,9 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <array>
-#include <utility>
-
 #include "oaslam/detection/network_backends.h"
 #include "oaslam/util/named.h"
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "oaslam/images/image_files.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -14,16 +15,6 @@ std::optional<int> UprightTurn(const Eigen::Vector3d& gravity_in_cam) {
   if (!(std::hypot(x, y) > kLeast * gravity_in_cam.norm())) return std::nullopt;
   if (std::abs(y) >= std::abs(x)) return y > 0 ? 0 : 2;
   return x > 0 ? 1 : 3;
-}
-
-cv::Mat Turned(const cv::Mat& image, int turn) {
-  if (turn == 0) return image;
-  cv::Mat turned;
-  cv::rotate(image, turned,
-             turn == 1   ? cv::ROTATE_90_CLOCKWISE
-             : turn == 2 ? cv::ROTATE_180
-                         : cv::ROTATE_90_COUNTERCLOCKWISE);
-  return turned;
 }
 
 void TurnBack(int turn, const cv::Size& size, std::vector<Detection>& detections) {

@@ -18,7 +18,6 @@ namespace oaslam {
 // camera looks so far up or down that no side is up.
 std::optional<int> UprightTurn(const Eigen::Vector3d& gravity_in_cam);
 
-cv::Mat Turned(const cv::Mat& image, int turn);
 // Converts what was found in a turned image to pixels of the image, which has this size.
 void TurnBack(int turn, const cv::Size& size, std::vector<Detection>& detections);
 

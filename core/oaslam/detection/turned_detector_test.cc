@@ -4,6 +4,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "matchers.h"
+#include "oaslam/images/image_files.h"
 
 namespace oaslam {
 namespace {

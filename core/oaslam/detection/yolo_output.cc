@@ -64,7 +64,6 @@ DetectorLayout GuessLayout(int rows, int columns, const cv::Size& network_size, 
   return rows == GridCells(network_size) ? DetectorLayout::kYolox : DetectorLayout::kYolov5;
 }
 
-// The scores of the classes of one candidate.
 struct ClassScores {
   const float* first = nullptr;
   int count = 0;

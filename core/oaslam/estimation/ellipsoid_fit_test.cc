@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "cameras.h"
 #include "oaslam/estimation/ellipsoid_residuals.h"
 #include "oaslam/estimation/object_score.h"
 #include "oaslam/geometry/box.h"
@@ -14,15 +15,7 @@
 namespace oaslam {
 namespace {
 
-const Camera kFitCamera{.width = 640, .height = 480, .fx = 520, .fy = 520, .cx = 320, .cy = 240};
-const Eigen::Vector3d kUp(0, 0, 1);
-
-Rigid3 LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target) {
-  const Eigen::Vector3d z = (target - eye).normalized(), x = z.cross(kUp).normalized();
-  Eigen::Matrix3d rotation;
-  rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
-  return {rotation, -rotation * eye};
-}
+using synthetic::kUp;
 
 Ellipsoid TrueObject() {
   return {{0.1, -0.2, 0.15},
@@ -36,12 +29,12 @@ std::vector<BoxView> ViewsOf(const Ellipsoid& object, int count, double noise_px
   std::vector<BoxView> views;
   for (int i = 0; i < count; ++i) {
     const double angle = 1.6 * i / count;
-    const Rigid3 pose = LookAt(
+    const Rigid3 pose = synthetic::LookAt(
         {1.5 * std::cos(angle), 1.5 * std::sin(angle), 0.6 + 0.3 * std::sin(5 * angle)}, looked_at);
-    Box box = *ProjectToBox(object, pose, kFitCamera);
+    Box box = *ProjectToBox(object, pose, synthetic::kCamera);
     for (double* edge : {&box.x1, &box.y1, &box.x2, &box.y2}) *edge += rng.Gaussian(noise_px);
     box = Intersection(box, {0, 0, 640, 480});
-    views.push_back({pose, &kFitCamera, box, 0.8, TruncatedEdges(kFitCamera, box)});
+    views.push_back({pose, &synthetic::kCamera, box, 0.8, TruncatedEdges(synthetic::kCamera, box)});
   }
   return views;
 }
@@ -203,7 +196,7 @@ TEST(Covariance, PredictsTheSpreadOfFits) {
 }
 
 TEST(ObjectScore, RewardsFitAndKnowsTruncation) {
-  const ObjectScore score(kFitCamera);
+  const ObjectScore score(synthetic::kCamera);
   const Box box{200, 200, 260, 280};
   const Eigen::Vector4d certain = Eigen::Vector4d::Zero();
   EXPECT_GT(score(box, 0, box, certain), 8);
@@ -222,12 +215,12 @@ TEST(ObjectScore, RewardsFitAndKnowsTruncation) {
 }
 
 TEST(ObjectScore, DoesNotDependOnTheResolution) {
-  Camera twice = kFitCamera;
+  Camera twice = synthetic::kCamera;
   twice.width *= 2;
   twice.height *= 2;
   const Box a{200, 200, 260, 280}, b{205, 203, 258, 290};
   const auto doubled = [](const Box& x) { return Box{2 * x.x1, 2 * x.y1, 2 * x.x2, 2 * x.y2}; };
-  EXPECT_NEAR(ObjectScore(kFitCamera)(a, 0, b, Eigen::Vector4d::Constant(4)),
+  EXPECT_NEAR(ObjectScore(synthetic::kCamera)(a, 0, b, Eigen::Vector4d::Constant(4)),
               ObjectScore(twice)(doubled(a), 0, doubled(b), Eigen::Vector4d::Constant(16)), 1e-9);
 }
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/geometry/camera_derivatives.h"
 #include "oaslam/geometry/camera_model.h"
@@ -12,8 +13,7 @@ namespace {
 
 using Vector7 = Eigen::Matrix<double, 7, 1>;
 
-constexpr double kMinDepth = 1e-6;  // only prevents a division by zero
-constexpr int kMinInliers = 8;      // twice the four points that determine seven parameters
+constexpr int kMinInliers = 8;  // twice the four points that determine seven parameters
 
 struct State {
   Camera camera;
@@ -43,14 +43,9 @@ NormalEquations<7> Linearize(const State& state, std::span<const PointObservatio
     const Eigen::Vector2d e(fx * x + state.camera.cx - o.px.x(),
                             fy * y + state.camera.cy - o.px.y());
     const double chi2 = e.squaredNorm() * o.inverse_variance;
-    double weight = o.inverse_variance;
-    if (robust && chi2 > kChi2TwoDof) {
-      const double root = std::sqrt(kChi2TwoDof * chi2);
-      weight *= root / chi2;
-      n.cost += 2 * root - kChi2TwoDof;
-    } else {
-      n.cost += chi2;
-    }
+    const Loss loss = LossOf(chi2, robust ? kChi2TwoDof : 0);
+    const double weight = o.inverse_variance * loss.weight;
+    n.cost += loss.cost;
     Vector7 a, b;
     a << fx * inverse_z, 0, -fx * x * inverse_z, -fx * x * y, fx * (1 + x * x), -fx * y, fx * x;
     b << 0, fy * inverse_z, -fy * y * inverse_z, -fy * (1 + y * y), fy * x * y, fy * x, fy * y;
@@ -67,7 +62,7 @@ std::optional<State> MovedState(const State& state, const Vector7& step) {
   if (std::abs(step[6]) > kMaxFocalStep) return std::nullopt;
   IntrinsicsStep of_camera = IntrinsicsStep::Zero();
   of_camera[0] = step[6];
-  return State{Changed(state.camera, of_camera), Moved(state.pose, step.head<6>())};
+  return State{WithIntrinsicsStep(state.camera, of_camera), Moved(state.pose, step.head<6>())};
 }
 
 }  // namespace

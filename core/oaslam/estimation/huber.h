@@ -5,8 +5,8 @@
 namespace oaslam {
 
 // A point at or behind the camera has no projection: its error is a constant of 141 sigmas instead,
-// so that no step gains by moving it there. kMinDepth only prevents a division by zero.
-inline constexpr double kMinDepth = 1e-6, kBehindChi2 = 2e4;
+// so that no step gains by moving it there.
+inline constexpr double kBehindChi2 = 2e4;
 
 struct Loss {
   double cost, weight;
@@ -18,15 +18,6 @@ inline Loss LossOf(double chi2, double huber_chi2) {
   if (huber_chi2 <= 0 || chi2 <= huber_chi2) return {chi2, 1};
   const double root = std::sqrt(huber_chi2 * chi2);
   return {2 * root - huber_chi2, root / chi2};
-}
-
-// The pseudo-Huber loss (Hartley and Zisserman 2004, A6.8), a smooth version of the absolute
-// residual, and its weight. Near the squared residual `corner_chi2` the loss changes from a
-// parabola to a line; 0: no robust loss.
-inline Loss PseudoHuberLossOf(double chi2, double corner_chi2) {
-  if (corner_chi2 <= 0) return {chi2, 1};
-  const double root = std::sqrt(1 + chi2 * (1 / corner_chi2));
-  return {2 * corner_chi2 * (root - 1), 1 / root};
 }
 
 }  // namespace oaslam

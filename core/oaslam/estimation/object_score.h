@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
 
 #include "oaslam/camera.h"
 #include "oaslam/estimation/ellipsoid_fit.h"

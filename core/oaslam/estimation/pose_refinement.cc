@@ -1,16 +1,14 @@
 #include "oaslam/estimation/pose_refinement.h"
 
 #include <cmath>
-#include <limits>
 
 #include "oaslam/estimation/levenberg_marquardt.h"
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/pose_step.h"
 
 namespace oaslam {
 namespace {
 
-// Only prevents a division by zero: the unit of the world is arbitrary.
-constexpr double kMinDepth = 1e-6;
 constexpr int kMinInliers = 6;  // twice the three points that determine a pose
 
 // Linearises at a pose, by the step of geometry/pose_step.h.

@@ -6,7 +6,6 @@
 
 namespace oaslam {
 
-// Options of the solvers that use the Schur complement.
 struct SchurOptions {
   int max_iterations = 10;
   // The solver ends after a step that lowers the cost by less than this share.

@@ -74,14 +74,6 @@ class SchurSystem {
     return true;
   }
 
-  // The information on the poses, the landmarks being unknown: the whole Schur complement.
-  Eigen::MatrixXd PoseInformation() {
-    Eigen::MatrixXd system = hessian_;
-    Eigen::VectorXd right = -gradient_;
-    Eliminate(0, system, right);
-    return system.selfadjointView<Eigen::Lower>();
-  }
-
  private:
   // Added to the diagonal for a pose or landmark without observations. It is a share of the largest
   // element, since the unit of length is arbitrary, and far below what observations determine.

@@ -8,7 +8,6 @@
 
 namespace oaslam {
 
-// The prior of a scale.
 struct ScalePrior {
   double scale = 1;
   double relative_sigma = 1;

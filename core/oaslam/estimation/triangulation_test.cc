@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "oaslam/util/rng.h"
 
 namespace oaslam {

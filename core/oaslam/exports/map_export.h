@@ -31,7 +31,6 @@ void ExportTum(const std::string& path, const SavedMap& saved);
 // Writes the same poses, one file for each recording (FileNameOf, .txt).
 void ExportTumFiles(const std::string& folder, const SavedMap& saved);
 
-// The image of a keyframe.
 struct KeyframeImage {
   std::string name;  // as in image databases: relative to the folder of the images
   std::string path;  // path of the file, relative to the exported folder

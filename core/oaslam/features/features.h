@@ -25,7 +25,6 @@ struct Keypoint {
   uint8_t octave = 0;                            // pyramid level
 };
 
-// Scales of the levels of an image pyramid.
 struct PyramidScales {
   static constexpr int kMaxLevels =
       16;  // the image is 15 times smaller there: of 640 px 42 are left

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "cameras.h"
 #include "expect_input_error.h"
 #include "folder_test.h"
 
@@ -228,10 +229,8 @@ TEST_F(CameraFile, WhatIsWrittenIsReadAgain) {
       .width = 1280, .height = 720, .fx = 960.35, .fy = 961.125, .cx = 634.78, .cy = 365.79};
   pinhole.name = "a \"phone\"";
   pinhole.distortion = {0.0713, -0.0472, 1e-5, 0, 0.25};
-  Camera fisheye{.width = 848, .height = 800, .fx = 286, .fy = 286, .cx = 420, .cy = 401};
-  fisheye.model = LensModel::kFisheye;
+  Camera fisheye = synthetic::kFisheye;
   fisheye.name = "eye";
-  fisheye.distortion = {-0.0076, 0.0418, -0.0394, 0.0069, 0};
   for (const Camera& camera : {pinhole, fisheye})
     EXPECT_EQ(
         LoadCamera(folder.Write("camera.yaml", CameraText(camera, "estimated\nby this test")), {}),

@@ -5,30 +5,13 @@
 #include <algorithm>
 #include <vector>
 
+#include "oaslam/formats/colmap_model.h"
 #include "oaslam/formats/lens_models.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
-
-struct ColmapModel {
-  const char* name;
-  size_t focal_lengths;  // one or two, then cx cy
-  size_t coefficients;   // k1 k2 p1 p2 k3 ..., or k1 .. k4 of a fisheye
-  LensModel model;
-};
-constexpr ColmapModel kColmapModels[] = {{"SIMPLE_PINHOLE", 1, 0, LensModel::kPinhole},
-                                         {"PINHOLE", 2, 0, LensModel::kPinhole},
-                                         {"SIMPLE_RADIAL", 1, 1, LensModel::kPinhole},
-                                         {"RADIAL", 1, 2, LensModel::kPinhole},
-                                         {"OPENCV", 2, 4, LensModel::kPinhole},
-                                         {"FULL_OPENCV", 2, 8, LensModel::kPinhole},
-                                         {"FOV", 2, 1, LensModel::kPinhole},
-                                         {"THIN_PRISM_FISHEYE", 2, 8, LensModel::kFisheye},
-                                         {"SIMPLE_RADIAL_FISHEYE", 1, 1, LensModel::kFisheye},
-                                         {"RADIAL_FISHEYE", 1, 2, LensModel::kFisheye},
-                                         {"OPENCV_FISHEYE", 2, 4, LensModel::kFisheye}};
 
 // "ID MODEL WIDTH HEIGHT PARAMS..."
 Camera ReadColmapLine(const std::vector<std::string_view>& fields, const std::string& place) {
@@ -44,7 +27,7 @@ Camera ReadColmapLine(const std::vector<std::string_view>& fields, const std::st
     if (!value) throw BadInput("{}: \"{}\", expected a number", place, fields[i]);
     values.push_back(*value);
   }
-  const size_t expected = 4 + model->focal_lengths + model->coefficients;
+  const size_t expected = 2 + model->Parameters();
   if (values.size() != expected)
     throw BadInput("{}: {} numbers after {}, expected {}", place, values.size(), model->name,
                    expected);

@@ -49,19 +49,13 @@ constexpr std::array kKeys = {"names", "parts", "movable"};
 constexpr std::array kOtherKeys = {"path",     "train",    "val",       "test",    "nc",
                                    "download", "channels", "kpt_shape", "flip_idx"};
 
-template <typename Words>
-std::string Nearest(const Words& words, const std::string& to) {
-  return *std::ranges::min_element(words, {},
-                                   [&](const std::string& word) { return EditDistance(word, to); });
-}
-
 void CheckKeys(const YAML::Node& root, const std::string& path) {
   for (const auto& entry : root) {
     const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : TextOfNode(entry.first);
     if (std::ranges::find(kKeys, key) == kKeys.end() &&
         std::ranges::find(kOtherKeys, key) == kOtherKeys.end())
       throw BadInput("{}:{}: {}: unknown key, the nearest is {}", path, entry.first.Mark().line + 1,
-                     key, Nearest(kKeys, key));
+                     key, NearestOf(kKeys, key));
   }
 }
 
@@ -88,7 +82,6 @@ ClassNames ReadNames(const YAML::Node& names, const std::string& path) {
   return result;
 }
 
-// All categories with this name.
 std::vector<int> CategoriesNamed(const YAML::Node& node, const ClassNames& names,
                                  const std::string& path, const std::string& key) {
   if (!node.IsScalar())
@@ -98,7 +91,7 @@ std::vector<int> CategoriesNamed(const YAML::Node& node, const ClassNames& names
     if (name == node.Scalar()) categories.push_back(id);
   if (!categories.empty()) return categories;
   throw BadInput("{}: {}: class {} is not known, the nearest is \"{}\"", path, key,
-                 TextOfNode(node), Nearest(std::views::values(names), node.Scalar()));
+                 TextOfNode(node), NearestOf(std::views::values(names), node.Scalar()));
 }
 
 std::map<int, int> ReadParts(const YAML::Node& parts, const ClassNames& names,

@@ -20,20 +20,6 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "COLMAP's binary files are as in memory");
 
-// Models of cameras by their numbers, and how many parameters they have.
-constexpr std::array<std::pair<const char*, int>, 11> kBinaryModels = {
-    {{"SIMPLE_PINHOLE", 3},
-     {"PINHOLE", 4},
-     {"SIMPLE_RADIAL", 4},
-     {"RADIAL", 5},
-     {"OPENCV", 8},
-     {"OPENCV_FISHEYE", 8},
-     {"FULL_OPENCV", 12},
-     {"FOV", 5},
-     {"SIMPLE_RADIAL_FISHEYE", 4},
-     {"RADIAL_FISHEYE", 5},
-     {"THIN_PRISM_FISHEYE", 12}}};
-
 class ColmapBytes {
  public:
   explicit ColmapBytes(const std::string& path)
@@ -129,13 +115,13 @@ std::string TextOfColmapCameras(const std::string& path) {
   for (auto left = bytes.Read<uint64_t>(); left > 0; --left) {
     const auto id = bytes.Read<uint32_t>(), model = bytes.Read<uint32_t>();
     const auto width = bytes.Read<uint64_t>(), height = bytes.Read<uint64_t>();
-    if (model >= kBinaryModels.size())
+    if (model >= std::size(kColmapModels))
       throw BadInput(
           "{}: camera {} has model {}, allowed: 0 to {}; let COLMAP undistort the "
           "images (image_undistorter), or convert the model",
-          path, id, model, kBinaryModels.size() - 1);
-    text += fmt::format("{} {} {} {}", id, kBinaryModels[model].first, width, height);
-    for (int i = 0; i < kBinaryModels[model].second; ++i)
+          path, id, model, std::size(kColmapModels) - 1);
+    text += fmt::format("{} {} {} {}", id, kColmapModels[model].name, width, height);
+    for (size_t i = 0; i < kColmapModels[model].Parameters(); ++i)
       text += fmt::format(" {:.17g}", bytes.Number());
     text += '\n';
   }

@@ -26,12 +26,6 @@ std::vector<std::string> KnownKeys() {
   return keys;
 }
 
-std::string NearestKey(const std::string& key) {
-  const auto keys = KnownKeys();
-  return *std::ranges::min_element(
-      keys, {}, [&](const std::string& known) { return EditDistance(known, key); });
-}
-
 template <typename Value>
 constexpr bool kIsNamed = std::is_enum_v<Value> || std::is_same_v<Value, bool>;
 
@@ -70,7 +64,8 @@ std::optional<std::string> SetField(SlamConfig& config, const std::string& key,
     known = true;
     problem = Assign(node, value, bound...);
   });
-  if (!known) return fmt::format("{}: unknown key, the nearest is {}", key, NearestKey(key));
+  if (!known)
+    return fmt::format("{}: unknown key, the nearest is {}", key, NearestOf(KnownKeys(), key));
   if (problem) return fmt::format("{}: {}", key, *problem);
   return std::nullopt;
 }

@@ -8,7 +8,6 @@
 
 namespace oaslam {
 
-// What a file of detections holds.
 struct DetectionFile {
   std::vector<ImageDetections> images;
   ClassNames categories{};  // the names that COCO's "categories" give; empty: there are none

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -34,7 +35,6 @@ std::string OnOneLine(std::string text, size_t max_bytes);
 // path, key and bound in a line of a terminal.
 std::string Quoted(std::string_view text);
 
-// Base name of a path.
 std::string BaseName(const std::string& path);
 // The extension with its dot, in lower case.
 std::string LowerExtension(const std::string& path);
@@ -44,5 +44,11 @@ std::string WithoutExtension(const std::string& name);
 
 // The number of edits (insert, delete, replace a character) between two words (Levenshtein 1966).
 int EditDistance(std::string_view a, std::string_view b);
+// The first of the words, of which there must be one, with the least EditDistance to `to`.
+template <typename Words>
+std::string NearestOf(const Words& words, std::string_view to) {
+  return *std::ranges::min_element(words, {},
+                                   [&](std::string_view word) { return EditDistance(word, to); });
+}
 
 }  // namespace oaslam

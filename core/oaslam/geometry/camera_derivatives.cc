@@ -7,7 +7,7 @@
 
 namespace oaslam {
 
-Camera Changed(const Camera& camera, const IntrinsicsStep& step) {
+Camera WithIntrinsicsStep(const Camera& camera, const IntrinsicsStep& step) {
   Camera changed = camera;
   const double factor = std::exp(step[0]);
   changed.fx *= factor;

@@ -12,7 +12,7 @@ namespace oaslam {
 inline constexpr int kIntrinsics = 5;
 using IntrinsicsStep = Eigen::Matrix<double, kIntrinsics, 1>;
 
-Camera Changed(const Camera& camera, const IntrinsicsStep& step);
+Camera WithIntrinsicsStep(const Camera& camera, const IntrinsicsStep& step);
 
 // A pixel of the original (distorted) image with its derivatives.
 struct PixelDerivatives {

@@ -2,32 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include "cameras.h"
 #include "oaslam/geometry/camera_model.h"
 
 namespace oaslam {
 namespace {
 
-Camera Pinhole() {
-  Camera c{.width = 640, .height = 480, .fx = 520.9, .fy = 531.0, .cx = 325.1, .cy = 249.7};
-  c.distortion = {0.2312, -0.7849, -0.0033, -0.0001, 0.9172};
-  return c;
-}
-
-Camera Fisheye() {
-  Camera c{.model = LensModel::kFisheye,
-           .width = 848,
-           .height = 800,
-           .fx = 286,
-           .fy = 287,
-           .cx = 420,
-           .cy = 401};
-  c.distortion = {-0.0076, 0.0418, -0.0394, 0.0069, 0};
-  return c;
-}
-
 TEST(CameraDerivatives, AgreeWithDifferences) {
   constexpr double kStep = 1e-6;
-  for (const Camera& camera : {Pinhole(), Fisheye()}) {
+  for (const Camera& camera : {synthetic::kPinhole, synthetic::kFisheye}) {
     for (const Eigen::Vector3d& x :
          {Eigen::Vector3d(0.3, -0.4, 1.7), Eigen::Vector3d(-1, 0.2, 2), Eigen::Vector3d(0, 0, 1)}) {
       const PixelDerivatives d = PixelWithDerivatives(camera, x);
@@ -41,8 +24,9 @@ TEST(CameraDerivatives, AgreeWithDifferences) {
       }
       for (int i = 0; i < kIntrinsics; ++i) {
         const IntrinsicsStep step = kStep * IntrinsicsStep::Unit(i);
-        const Eigen::Vector2d by =
-            (PixelOf(Changed(camera, step), x) - PixelOf(Changed(camera, -step), x)) / (2 * kStep);
+        const Eigen::Vector2d by = (PixelOf(WithIntrinsicsStep(camera, step), x) -
+                                    PixelOf(WithIntrinsicsStep(camera, -step), x)) /
+                                   (2 * kStep);
         EXPECT_LT((d.by_intrinsics.col(i) - by).norm(), 1e-5 * camera.fx) << i;
       }
     }

@@ -51,6 +51,10 @@ inline double DetectorPixel(const Camera& camera) {
 enum EdgeBit : unsigned char { kLeft = 1, kTop = 2, kRight = 4, kBottom = 8 };
 unsigned char TruncatedEdges(const Camera& camera, const Box& box);
 
+// A point of less depth is taken as at the camera or behind it. This only prevents a division by
+// zero, since the unit of the world is arbitrary.
+inline constexpr double kMinDepth = 1e-6;
+
 // Ideal pinhole projection; z must not be zero.
 inline Eigen::Vector2d ProjectIdeal(const Camera& camera, const Eigen::Vector3d& x_in_cam) {
   const double inverse_z = 1.0 / x_in_cam.z();

@@ -2,29 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include "cameras.h"
+
 namespace oaslam {
 namespace {
 
-Camera Freiburg2() {
-  Camera c{.width = 640, .height = 480, .fx = 520.9, .fy = 521.0, .cx = 325.1, .cy = 249.7};
-  c.distortion = {0.2312, -0.7849, -0.0033, -0.0001, 0.9172};
-  return c;
-}
-
-Camera T265Lens() {
-  Camera c{.model = LensModel::kFisheye,
-           .width = 848,
-           .height = 800,
-           .fx = 286,
-           .fy = 286,
-           .cx = 420,
-           .cy = 401};
-  c.distortion = {-0.0076, 0.0418, -0.0394, 0.0069, 0};
-  return c;
-}
-
 TEST(CameraModel, UndistortionInvertsDistortionOverTheImage) {
-  for (const Camera& camera : {Freiburg2(), T265Lens()}) {
+  for (const Camera& camera : {synthetic::kPinhole, synthetic::kFisheye}) {
     for (int x = 0; x < camera.width; x += 53)
       for (int y = 0; y < camera.height; y += 53) {
         const Eigen::Vector2d pixel(x, y);
@@ -43,20 +27,20 @@ TEST(CameraModel, WithoutDistortionAPixelStaysWhereItIs) {
 }
 
 TEST(CameraModel, RayAndProjectionAreInverse) {
-  const Camera camera = Freiburg2();
+  const Camera camera = synthetic::kPinhole;
   EXPECT_LT(
       (ProjectIdeal(camera, RayOf(camera, {100, 400}) * 3.2) - Eigen::Vector2d(100, 400)).norm(),
       1e-9);
 }
 
 TEST(CameraModel, EdgesAtTheBorderAreTruncated) {
-  const Camera camera = Freiburg2();
+  const Camera camera = synthetic::kPinhole;
   EXPECT_EQ(TruncatedEdges(camera, {1, 50, 100, 480}), kLeft | kBottom);
   EXPECT_EQ(TruncatedEdges(camera, {50, 50, 100, 400}), 0);
 }
 
 TEST(CameraModel, BoundsOfTheIdealImageHoldEveryPixel) {
-  const Camera camera = Freiburg2();
+  const Camera camera = synthetic::kPinhole;
   const Box bounds = IdealImageBounds(camera);
   for (int x = 0; x < camera.width; x += 71) {
     const Eigen::Vector2d p = Undistort(camera, {x, 0});

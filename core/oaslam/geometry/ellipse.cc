@@ -41,9 +41,4 @@ double SquaredWasserstein(const Ellipse& a, const Ellipse& b) {
          2 * std::sqrt(std::max(cross, 0.0));
 }
 
-Eigen::Matrix2d SquareRoot(const Eigen::Matrix2d& m) {
-  const double root = std::sqrt(std::max(m.determinant(), 0.0));
-  return (m + root * Eigen::Matrix2d::Identity()) / std::sqrt(m.trace() + 2 * root);
-}
-
 }  // namespace oaslam

@@ -29,7 +29,4 @@ Box BoundingBox(const Ellipse& ellipse);
 // The squared 2-Wasserstein distance of the Gaussians N(mean, covariance), px^2.
 double SquaredWasserstein(const Ellipse& a, const Ellipse& b);
 
-// The square root of a symmetric positive definite 2x2 matrix in closed form.
-Eigen::Matrix2d SquareRoot(const Eigen::Matrix2d& m);
-
 }  // namespace oaslam

@@ -149,9 +149,6 @@ TEST(Ellipse, WassersteinOfAlignedEllipsesIsEuclidean) {
                                    13 - 20);
   EXPECT_NEAR(SquaredWasserstein(a, b), difference.squaredNorm(), 1e-9);
   EXPECT_NEAR(SquaredWasserstein(a, a), 0, 1e-9);
-  Eigen::Matrix2d m;
-  m << 5, 2, 2, 3;
-  EXPECT_LT((SquareRoot(m) * SquareRoot(m) - m).norm(), 1e-12);
 }
 
 TEST(Up2P, FindsTheTruePose) {

@@ -35,7 +35,6 @@ inline Eigen::Matrix<double, 2, 6> DerivativeByPose(const Eigen::Matrix<double, 
   return by_pose;
 }
 
-// The step of a small motion.
 inline PoseVector StepOf(const Rigid3& motion) {
   const Eigen::AngleAxisd turn(Eigen::Quaterniond(motion.rotation));
   PoseVector step;

@@ -23,7 +23,9 @@ extern "C" {
 #include "oaslam/formats/text.h"
 #include "oaslam/images/stream_clock.h"
 #include "oaslam/util/bad_input.h"
+#include "oaslam/util/free_by.h"
 #include "oaslam/util/log.h"
+#include "oaslam/util/stopwatch.h"
 #include "oaslam/util/uri.h"
 
 namespace oaslam {
@@ -35,17 +37,10 @@ constexpr std::array kSchemes = {"rtsp://", "rtsps://", "http://", "https://",
                                  "rtmp://", "udp://",   "srt://"};
 constexpr const char* kDevice = "/dev/video";
 
-template <auto Free>
-struct Freed {
-  template <typename T>
-  void operator()(T* object) const {
-    Free(&object);
-  }
-};
-using StreamInput = std::unique_ptr<AVFormatContext, Freed<avformat_close_input>>;
-using StreamDecoder = std::unique_ptr<AVCodecContext, Freed<avcodec_free_context>>;
-using StreamPacket = std::unique_ptr<AVPacket, Freed<av_packet_free>>;
-using StreamFrame = std::unique_ptr<AVFrame, Freed<av_frame_free>>;
+using StreamInput = std::unique_ptr<AVFormatContext, FreeBy<avformat_close_input>>;
+using StreamDecoder = std::unique_ptr<AVCodecContext, FreeBy<avcodec_free_context>>;
+using StreamPacket = std::unique_ptr<AVPacket, FreeBy<av_packet_free>>;
+using StreamFrame = std::unique_ptr<AVFrame, FreeBy<av_frame_free>>;
 
 class Settings {
  public:
@@ -66,10 +61,6 @@ std::string Reason(int error) {
   std::array<char, AV_ERROR_MAX_STRING_SIZE> text{};
   av_strerror(error, text.data(), text.size());
   return text.data();
-}
-
-double Seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 bool IsOfNetwork(const std::string& source) {
@@ -112,8 +103,8 @@ class CameraSource : public ImageSource {
         if (IsStopped() || (error == AVERROR_EOF && is_finite_) || !ConnectAgain(error)) break;
         continue;
       }
-      const StreamClock::Image time = clock_.Next(StampOf(*frame_), Seconds());
-      last_image_s_ = Seconds();
+      const StreamClock::Image time = clock_.Next(StampOf(*frame_), SteadySeconds());
+      last_image_s_ = SteadySeconds();
       const int index = index_++;
       if (index < options_.from) continue;
       InputImage image{index, time.timestamp, fmt::format("{:06}", index), Picture()};
@@ -140,7 +131,7 @@ class CameraSource : public ImageSource {
   // FFmpeg asks several times a second whether to go on waiting.
   static int MustEnd(void* self) {
     const auto& source = *static_cast<CameraSource*>(self);
-    return source.IsStopped() || Seconds() > source.deadline_s_ ? 1 : 0;
+    return source.IsStopped() || SteadySeconds() > source.deadline_s_ ? 1 : 0;
   }
 
   // Returns FFmpeg's error, and sets what the problem is.
@@ -148,9 +139,9 @@ class CameraSource : public ImageSource {
     decoder_.reset();
     input_.reset();
     clock_.Restart();
-    deadline_s_ = Seconds() + kSilence_s;
+    deadline_s_ = SteadySeconds() + kSilence_s;
     const int error = OpenInput();
-    connected_s_ = Seconds();
+    connected_s_ = SteadySeconds();
     is_drained_ = false;
     if (error >= 0) return error;
     input_.reset();
@@ -212,12 +203,12 @@ class CameraSource : public ImageSource {
 
   // False where it does not come back. `error`: why it is not there.
   bool ConnectAgain(int error) {
-    if (last_image_s_ == 0) last_image_s_ = Seconds();
+    if (last_image_s_ == 0) last_image_s_ = SteadySeconds();
     Log(LogLevel::kWarning, "{}: broke off after {} images ({}); connecting again", name_, index_,
         error == AVERROR_EOF    ? "its end"
         : error == AVERROR_EXIT ? fmt::format("nothing for {:g} s", kSilence_s)
                                 : Reason(error));
-    while (!IsStopped() && Seconds() < last_image_s_ + kGivenUp_s) {
+    while (!IsStopped() && SteadySeconds() < last_image_s_ + kGivenUp_s) {
       if (Connect() >= 0) return true;
       for (int i = 0; i < 10 && !IsStopped(); ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -232,7 +223,7 @@ class CameraSource : public ImageSource {
   int Decode() {
     // Until an image is there: a stream may send what is none.
     deadline_s_ = std::max(last_image_s_, connected_s_) + kSilence_s;
-    if (Seconds() > deadline_s_) return AVERROR_EXIT;
+    if (SteadySeconds() > deadline_s_) return AVERROR_EXIT;
     if (const int error = avcodec_receive_frame(decoder_.get(), frame_.get());
         error != AVERROR(EAGAIN))
       return error == AVERROR_INVALIDDATA ? AVERROR(EAGAIN) : error;

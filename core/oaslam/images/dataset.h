@@ -21,7 +21,6 @@ struct Dataset {
   std::function<std::vector<StampedPose>()> truth;
 };
 
-// The names of the layouts.
 std::vector<std::string> DatasetLayouts();
 
 // Recognises the layout of a folder by the files in it: that of options.dataset, or any; nothing

@@ -6,12 +6,11 @@
 #include <optional>
 #include <string>
 
+#include "oaslam/util/free_by.h"
+
 namespace oaslam {
 
-struct FreeExif {
-  void operator()(ExifData* data) const { exif_data_unref(data); }
-};
-using ExifBlock = std::unique_ptr<ExifData, FreeExif>;
+using ExifBlock = std::unique_ptr<ExifData, FreeBy<exif_data_unref>>;
 
 // The EXIF block of a JPEG, HEIC or AVIF file; null where it has none.
 ExifBlock LoadExif(const std::string& path);

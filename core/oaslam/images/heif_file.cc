@@ -9,17 +9,11 @@
 #include <string_view>
 
 #include "oaslam/util/bad_input.h"
+#include "oaslam/util/free_by.h"
 
 namespace oaslam {
 namespace {
 
-template <auto kFree>
-struct FreeBy {
-  template <typename T>
-  void operator()(T* pointer) const {
-    kFree(pointer);
-  }
-};
 using HeifContext = std::unique_ptr<heif_context, FreeBy<heif_context_free>>;
 using HeifHandle = std::unique_ptr<heif_image_handle, FreeBy<heif_image_handle_release>>;
 using HeifImage = std::unique_ptr<heif_image, FreeBy<heif_image_release>>;

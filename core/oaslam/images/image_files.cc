@@ -98,6 +98,16 @@ bool NaturalLess(const std::string& a, const std::string& b) {
   return a < b;
 }
 
+cv::Mat Turned(const cv::Mat& image, int quarters) {
+  if (quarters == 0) return image;
+  cv::Mat turned;
+  cv::rotate(image, turned,
+             quarters == 1   ? cv::ROTATE_90_CLOCKWISE
+             : quarters == 2 ? cv::ROTATE_180
+                             : cv::ROTATE_90_COUNTERCLOCKWISE);
+  return turned;
+}
+
 bool HasImageExtension(const std::string& path) {
   static constexpr std::array kExtensions = {".png",  ".jpg",  ".jpeg", ".bmp",  ".pgm",
                                              ".ppm",  ".pnm",  ".tif",  ".tiff", ".webp",

@@ -22,6 +22,9 @@ std::vector<char> BytesOf(const std::string& path);
 // contains colours; else the image itself.
 cv::Mat InColor(const cv::Mat& image, const std::string& path, Orientation orientation);
 
+// The image turned clockwise by so many quarters, 0 to 3; itself for 0.
+cv::Mat Turned(const cv::Mat& image, int quarters);
+
 bool HasImageExtension(const std::string& path);
 
 // Whether the operating system made the file of this name beside the images: macOS's metadata of

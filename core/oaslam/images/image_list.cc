@@ -25,7 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A line of a list.
 struct ListLine {
   std::optional<double> time;
   std::string_view path;  // empty: the line is not understood

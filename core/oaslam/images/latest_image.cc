@@ -11,6 +11,7 @@
 #include "oaslam/images/camera_source.h"
 #include "oaslam/images/playback_clock.h"
 #include "oaslam/util/log.h"
+#include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
 namespace {
@@ -39,14 +40,12 @@ class PlayedSource : public ImageSource {
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   void WaitUntilItIsTime(InputImage& image) {
-    using Seconds = std::chrono::duration<double>;
-    const double now = Seconds(Clock::now().time_since_epoch()).count();
+    const double now = SteadySeconds();
     image.taken_s = playback_.Due(image.timestamp, now);
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, Seconds(*image.taken_s - now), [this] { return is_stopped_; });
+    changed_.wait_for(lock, std::chrono::duration<double>(*image.taken_s - now),
+                      [this] { return is_stopped_; });
   }
 
   std::unique_ptr<ImageSource> source_;

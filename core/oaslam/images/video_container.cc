@@ -17,19 +17,13 @@ extern "C" {
 }
 
 #include "oaslam/util/bad_input.h"
+#include "oaslam/util/free_by.h"
 
 namespace oaslam {
 namespace {
 
-struct CloseInput {
-  void operator()(AVFormatContext* context) const { avformat_close_input(&context); }
-};
-using Input = std::unique_ptr<AVFormatContext, CloseInput>;
-
-struct FreePacket {
-  void operator()(AVPacket* packet) const { av_packet_free(&packet); }
-};
-using Packet = std::unique_ptr<AVPacket, FreePacket>;
+using Input = std::unique_ptr<AVFormatContext, FreeBy<avformat_close_input>>;
+using Packet = std::unique_ptr<AVPacket, FreeBy<av_packet_free>>;
 
 // Null where FFmpeg does not recognise the file.
 Input Open(const std::string& path) {

@@ -11,6 +11,7 @@
 #include <optional>
 #include <vector>
 
+#include "oaslam/images/image_files.h"
 #include "oaslam/images/video_container.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
@@ -31,17 +32,6 @@ cv::Mat WithSquarePixels(const cv::Mat& image, double pixel_ratio) {
   cv::resize(image, square, {width, image.rows}, 0, 0,
              width > image.cols ? cv::INTER_LINEAR : cv::INTER_AREA);
   return square;
-}
-
-// Always returns a copy, since cv::VideoCapture may overwrite its image.
-cv::Mat Turned(const cv::Mat& image, int clockwise_deg) {
-  if (clockwise_deg == 0) return image.clone();
-  cv::Mat turned;
-  cv::rotate(image, turned,
-             clockwise_deg == 90    ? cv::ROTATE_90_CLOCKWISE
-             : clockwise_deg == 180 ? cv::ROTATE_180
-                                    : cv::ROTATE_90_COUNTERCLOCKWISE);
-  return turned;
 }
 
 class VideoSource : public ImageSource {
@@ -77,10 +67,11 @@ class VideoSource : public ImageSource {
         cv::cvtColor(decoded_, image, cv::COLOR_BGR2GRAY);
       else if (!keeps_color)
         decoded_.copyTo(image);
+      image = Turned(WithSquarePixels(image, container_.pixel_ratio), container_.turn_deg / 90);
+      // cv::VideoCapture may overwrite its image.
+      if (container_.turn_deg == 0) image = image.clone();
       const int index = index_++;
-      return InputImage{
-          index, timestamp, NameOfVideoImage(index),
-          Turned(WithSquarePixels(image, container_.pixel_ratio), container_.turn_deg)};
+      return InputImage{index, timestamp, NameOfVideoImage(index), image};
     }
     return std::nullopt;
   }

@@ -1,7 +1,6 @@
 #include "oaslam/map/camera_replacement.h"
 
 #include <memory>
-#include <utility>
 
 #include "oaslam/geometry/camera_model.h"
 

@@ -83,17 +83,21 @@ bool HaveKnownMotion(const std::shared_ptr<const FrameMotion>& a,
 // odometry has not corrected the pose of the earlier image.
 std::optional<Rigid3> CamFromOdom(const FrameMotion& earlier, const FrameMotion& now);
 
-// A frame with its pose and the landmarks its key points are matched to.
-struct TrackedFrame {
-  Frame frame;
-  Rigid3 cam_from_world;  // in the map the tracker saw
-  // Keyframe that the pose is relative to, so that it moves with later optimisation.
-  KeyframeId reference;
-  Rigid3 cam_from_reference;
-  std::vector<LandmarkId> landmarks;  // by key point; invalid where unmatched
+// The pose of a frame in the map that the tracker saw, with the landmarks that support it.
+struct PoseByLandmarks {
+  Rigid3 cam_from_world;
+  // The keyframe that shares most landmarks with the frame.
+  KeyframeId reference{};
+  std::vector<LandmarkId> landmarks{};  // by key point: inliers only, else invalid
   int inliers = 0;
-  // Of the pose, given the landmarks.
+  // Of the pose, given the landmarks (PoseReport).
   PoseCovariance covariance = PoseCovariance::Zero();
+};
+
+// A frame with its pose. The pose relative to the keyframe moves with later optimisation.
+struct TrackedFrame : PoseByLandmarks {
+  Frame frame;
+  Rigid3 cam_from_reference;
 
   // Multiplies the lengths of this frame by `factor`, after those of the map were.
   void ScaleLengths(double factor);

@@ -13,7 +13,6 @@ double ShareOf(const LabelsRef& labels, int category) {
   return found != labels.shares.end() && found->category_id == category ? found->share : 0;
 }
 
-// Adds to the share of a class.
 void Add(int category, double share, LabelShares& shares) {
   const auto place = std::ranges::lower_bound(shares, category, {}, &LabelShare::category_id);
   if (place != shares.end() && place->category_id == category)

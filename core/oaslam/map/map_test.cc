@@ -14,23 +14,13 @@
 namespace oaslam {
 namespace {
 
-Keyframe MakeKeyframe(int keypoints, double x) {
-  auto features = std::make_shared<Features>();
-  features->bounds = {0, 0, 640, 480};
-  features->keypoints.resize(keypoints);
-  features->descriptors.resize(keypoints);
-  features->BuildGrid();
-  Keyframe keyframe;
-  keyframe.cam_from_world.translation = {-x, 0, 0};
-  keyframe.features = features;
-  keyframe.landmarks.resize(keypoints);
-  return keyframe;
+Keyframe KeyframeAt(double x) {
+  return synthetic::BlankKeyframe({Rigid3::Rotation::Identity(), {-x, 0, 0}}, 40);
 }
 
 Map ThreeKeyframes() {
-  Map map;
-  map.cameras.push_back({.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 320, .cy = 240});
-  for (uint32_t k = 0; k < 3; ++k) map.keyframes.Insert(KeyframeId(k), MakeKeyframe(40, k));
+  Map map = synthetic::EmptyMap();
+  for (uint32_t k = 0; k < 3; ++k) map.keyframes.Insert(KeyframeId(k), KeyframeAt(k));
   for (uint32_t i = 0; i < 20; ++i) {
     const LandmarkId id = map.AddLandmark({0.1 * i, 0, 5}, KeyframeId(0));
     for (uint32_t k = 0; k < 3; ++k) map.AddObservation(id, KeyframeId(k), i);
@@ -136,7 +126,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 // With a retired keyframe, an object and an anchor.
 Map FullMap() {
   Map map = ThreeKeyframes();
-  map.keyframes.Insert(KeyframeId(3), MakeKeyframe(40, 3));
+  map.keyframes.Insert(KeyframeId(3), KeyframeAt(3));
   map.RetireKeyframe(KeyframeId(3));
   map.retired.Insert(KeyframeId(4), {KeyframeId(1), {}});
   Object object;

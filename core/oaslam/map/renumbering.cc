@@ -1,7 +1,5 @@
 #include "oaslam/map/renumbering.h"
 
-#include <utility>
-
 namespace oaslam {
 namespace {
 

@@ -52,9 +52,8 @@ std::vector<LandmarkId> CullRecentLandmarks(std::span<const LandmarkId> recent, 
   return watched;
 }
 
-int CullKeyframes(KeyframeId keyframe, Map& map) {
+void CullKeyframes(KeyframeId keyframe, Map& map) {
   constexpr double kRedundancy = 0.9;  // share of its landmarks that the others see
-  int culled = 0;
   const KeyframeId first = map.keyframes.First();
   std::vector<KeyframeId> neighbours =
       map.CovisibleKeyframes(keyframe, static_cast<int>(map.keyframes.size()));
@@ -62,12 +61,9 @@ int CullKeyframes(KeyframeId keyframe, Map& map) {
   for (const KeyframeId id : neighbours) {
     // The newest keyframes may still be the tracker's reference, and the first one defines the
     // frame of the map.
-    if (id == first || id.value + 2 > keyframe.value || !IsRedundant(map, id, kRedundancy))
-      continue;
-    map.RetireKeyframe(id);
-    ++culled;
+    if (id != first && id.value + 2 <= keyframe.value && IsRedundant(map, id, kRedundancy))
+      map.RetireKeyframe(id);
   }
-  return culled;
 }
 
 std::vector<KeyframeId> PackSettledKeyframes(std::vector<KeyframeId> unsettled, Map& map) {

@@ -13,8 +13,8 @@ bool DescribeKeyframe(KeyframeId id, Map& map) {
   PointsToDescribe points = FindPointsToDescribe(id, map);
   Keyframe& keyframe = map.keyframes.MutableAt(id);
   keyframe.features = std::make_shared<const Features>(
-      Described(*keyframe.features, map.cameras[static_cast<size_t>(keyframe.camera)],
-                keyframe.image->view(), points.keypoints));
+      DescribeFeatures(*keyframe.features, map.cameras[static_cast<size_t>(keyframe.camera)],
+                       keyframe.image->view(), points.keypoints));
   keyframe.learned_depths = std::move(points.depths);
   keyframe.image.reset();
   return true;

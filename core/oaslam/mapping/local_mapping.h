@@ -8,8 +8,8 @@
 
 namespace oaslam {
 
-// Edits of the map that the mapper makes (insertion.cc, culling.cc, triangulation.cc): one begins a
-// map, the others are the steps for each new keyframe.
+// Edits of the map that the mapper makes (insertion.cc, culling.cc, triangulation.cc, fusion.cc):
+// one begins a map, the others are the steps for each new keyframe.
 
 // Makes a map from two views: both keyframes and their landmarks, refined together. `initial` gives
 // the frame and the unit. Returns false and leaves the map as it was when too few landmarks remain
@@ -35,6 +35,9 @@ void CountLandmarkUse(std::span<const LandmarkUse> uses, Map& map);
 std::vector<LandmarkId> CullRecentLandmarks(std::span<const LandmarkId> recent, KeyframeId newest,
                                             Map& map);
 
+// Keyframes that a new one is triangulated and fused with; the time grows with their number.
+inline constexpr int kFusedKeyframes = 20;
+
 // Triangulates matches between free key points of the keyframe and of covisible ones; returns the
 // new landmarks.
 std::vector<LandmarkId> TriangulateNewLandmarks(KeyframeId keyframe, Map& map);
@@ -45,9 +48,8 @@ void FuseLandmarks(KeyframeId keyframe, Map& map);
 
 // Retires covisible keyframes whose landmarks nearly all are seen by three other keyframes at
 // the same scale or finer. Keeps the first keyframe of the map, which fixes its frame, and
-// `keyframe` and the one inserted before it, to which the tracker may still refer. Returns
-// how many were retired.
-int CullKeyframes(KeyframeId keyframe, Map& map);
+// `keyframe` and the one inserted before it, to which the tracker may still refer.
+void CullKeyframes(KeyframeId keyframe, Map& map);
 
 // Points of a keyframe by which its place is to be recognised.
 struct PointsToDescribe {

@@ -19,15 +19,15 @@ const synthetic::WorldOptions kLongWay{.cameras = 60, .arc_deg = 360};
 // at the same positions.
 void SplitByDirection(Map& map, uint32_t half = kHalf) {
   for (const LandmarkId id : map.landmarks.Ids()) {
-    std::vector<Observation> back;
-    for (const Observation& o : map.landmarks.At(id).observations)
-      if (o.keyframe.value >= half) back.push_back(o);
-    for (const Observation& o : back) map.EraseObservation(id, o.keyframe);
-    if (back.size() < 2 || !map.landmarks.Contains(id)) continue;
-    const LandmarkId twin = map.AddLandmark(map.landmarks.At(id).position, back.front().keyframe);
-    for (const Observation& o : back) map.AddObservation(twin, o.keyframe, o.keypoint);
-    map.UpdateLandmark(twin);
+    const std::vector<Observation> back = synthetic::TakeObservations(map, id, half);
+    if (back.size() >= 2 && map.landmarks.Contains(id))
+      synthetic::AddLandmark(map, map.landmarks.At(id).position, back);
   }
+}
+
+std::vector<Rigid3> ForthAndBack(std::vector<Rigid3> poses) {
+  for (size_t k = poses.size(); k > 0; --k) poses.push_back(poses[k - 1]);
+  return poses;
 }
 
 // The camera moves along the arc and back. On the way back the map has drifted and contains
@@ -40,9 +40,7 @@ struct Drifted {
 
   explicit Drifted(double drift, const synthetic::WorldOptions& options = {.cameras = kHalf})
       : world(synthetic::MakeWorld(options)), half(static_cast<uint32_t>(options.cameras)) {
-    truth = world.cam_from_world;
-    for (uint32_t k = 0; k < half; ++k) truth.push_back(truth[half - 1 - k]);
-    world.cam_from_world = truth;
+    world.cam_from_world = truth = ForthAndBack(world.cam_from_world);
     map = synthetic::MakeMap(world, {}).map;
     SplitByDirection(map, half);
     for (const LandmarkId id : map.landmarks.Ids()) {
@@ -58,15 +56,7 @@ struct Drifted {
     for (uint32_t k = 0; k < 2 * half; ++k) map.UpdateCovisibility(KeyframeId(k));
   }
 
-  double Error() const {
-    double sum = 0;
-    int count = 0;
-    map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
-      sum += (k.cam_from_world.OriginInSource() - truth[id.value].OriginInSource()).squaredNorm();
-      ++count;
-    });
-    return std::sqrt(sum / count);
-  }
+  double Error() const { return CenterErrorsOf(synthetic::KeyframePoses(map), truth).rms; }
 
  private:
   double Share(KeyframeId id) const { return id.value < half ? 0 : 1; }
@@ -94,10 +84,7 @@ TEST(LoopClosing, JoinsBothEndsAndTakesTheDriftBack) {
   EXPECT_LT(d.Error(), error_before);
   EXPECT_LT(d.map.landmarks.size(), landmarks_before * 9 / 10);
   EXPECT_THAT(d.map.CheckInvariants(), IsEmpty());
-  EXPECT_LT((d.map.keyframes.At(current).cam_from_world.OriginInSource() -
-             d.truth.back().OriginInSource())
-                .norm(),
-            0.02);
+  EXPECT_LT(CenterDistance(d.map.keyframes.At(current).cam_from_world, d.truth.back()), 0.02);
 }
 
 TEST(LoopClosing, ContentMovesAndGrowsWithItsKeyframe) {
@@ -128,12 +115,8 @@ void CutIntoTracks(Map& map) {
     std::map<std::pair<bool, uint32_t>, std::vector<Observation>> tracks;
     for (const Observation& o : whole.observations)
       tracks[{o.keyframe.value >= kHalf, (o.keyframe.value + id.value) / kLength}].push_back(o);
-    for (const auto& [key, observations] : tracks) {
-      if (observations.size() < 2) continue;
-      const LandmarkId track = map.AddLandmark(whole.position, observations.front().keyframe);
-      for (const Observation& o : observations) map.AddObservation(track, o.keyframe, o.keypoint);
-      map.UpdateLandmark(track);
-    }
+    for (const auto& [key, observations] : tracks)
+      if (observations.size() >= 2) synthetic::AddLandmark(map, whole.position, observations);
   }
 }
 
@@ -147,9 +130,7 @@ struct Grown {
 
   explicit Grown(double last_scale) {
     synthetic::World world = synthetic::MakeWorld({.cameras = kHalf});
-    truth = world.cam_from_world;
-    for (uint32_t k = 0; k < kHalf; ++k) truth.push_back(truth[kHalf - 1 - k]);
-    world.cam_from_world = truth;
+    world.cam_from_world = truth = ForthAndBack(world.cam_from_world);
     map = synthetic::MakeMap(world, {}).map;
     CutIntoTracks(map);
     std::vector<Eigen::Vector3d> centers;
@@ -173,13 +154,7 @@ struct Grown {
     for (uint32_t k = 0; k < truth.size(); ++k) map.UpdateCovisibility(KeyframeId(k));
   }
 
-  double CenterError() const {
-    double sum = 0;
-    map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
-      sum += (k.cam_from_world.OriginInSource() - truth[id.value].OriginInSource()).squaredNorm();
-    });
-    return std::sqrt(sum / static_cast<double>(truth.size()));
-  }
+  double CenterError() const { return CenterErrorsOf(synthetic::KeyframePoses(map), truth).rms; }
 
   // The largest scale error of the surroundings of a keyframe: |ln of the ratio|.
   double WorstScale() const {
@@ -199,15 +174,12 @@ TEST(LoopClosing, TakesBackADriftOfTheScale) {
     const Ellipsoid as_it_is{g.truth.back().Inverse() * Eigen::Vector3d(0.2, -0.1, 2.5),
                              {0.1, 0.2, 0.3},
                              Eigen::Quaterniond::Identity()};
-    Object object;
-    object.state = ObjectState::kMapped;
-    object.ellipsoid = as_it_is;
+    Object object = synthetic::MappedObject({0, as_it_is});
     object.ellipsoid.center =
         cam.OriginInSource() + scale * (as_it_is.center - g.truth.back().OriginInSource());
     object.ellipsoid.half_axes *= scale;
-    object.observations.resize(1);
-    object.observations.front().reference = current;
-    g.map.objects.Insert(ObjectId(0), object);
+    object.observations.emplace_back().reference = current;
+    synthetic::AddObject(g.map, object);
 
     const KeyframeId before(current.value - 1);
     const auto motion_between = [&] {
@@ -228,10 +200,7 @@ TEST(LoopClosing, TakesBackADriftOfTheScale) {
     EXPECT_THAT(g.map.CheckInvariants(), IsEmpty());
     EXPECT_LT(g.WorstScale(), 0.13) << scale;
     EXPECT_LT(g.CenterError(), 0.5 * error_before) << scale;
-    EXPECT_LT((g.map.keyframes.At(current).cam_from_world.OriginInSource() -
-               g.truth.back().OriginInSource())
-                  .norm(),
-              0.03)
+    EXPECT_LT(CenterDistance(g.map.keyframes.At(current).cam_from_world, g.truth.back()), 0.03)
         << scale;
     // What the odometry measured is in the unit of the map, too.
     const KeyframeMotion& motion = *g.map.keyframes.At(current).motion;
@@ -256,18 +225,11 @@ struct Parted {
   Parted(double given_scale, uint32_t at) : scale(given_scale), door(at) {
     // What is seen on either side is another landmark there, but for a few seen through the door.
     for (const LandmarkId id : map.landmarks.Ids()) {
-      const bool is_seen_through = id.value % 100 == 0;
-      std::vector<Observation> beyond;
-      for (const Observation& o : map.landmarks.At(id).observations)
-        if (!(o.keyframe.value < door.value + (is_seen_through ? 3 : 0))) beyond.push_back(o);
-      if (beyond.size() == map.landmarks.At(id).observations.size()) continue;
-      const Eigen::Vector3d position = map.landmarks.At(id).position;
-      for (const Observation& o : beyond)
-        if (map.landmarks.Contains(id)) map.EraseObservation(id, o.keyframe);
-      if (beyond.size() < 2) continue;
-      const LandmarkId twin = map.AddLandmark(position, beyond.front().keyframe);
-      for (const Observation& o : beyond) map.AddObservation(twin, o.keyframe, o.keypoint);
-      map.UpdateLandmark(twin);
+      const uint32_t end = door.value + (id.value % 100 == 0 ? 3 : 0);
+      const Landmark whole = map.landmarks.At(id);
+      if (whole.observations.front().keyframe.value >= end) continue;
+      const std::vector<Observation> beyond = synthetic::TakeObservations(map, id, end);
+      if (beyond.size() >= 2) synthetic::AddLandmark(map, whole.position, beyond);
     }
     for (const LandmarkId id : map.landmarks.Ids()) {
       Landmark& landmark = map.landmarks.MutableAt(id);
@@ -313,13 +275,16 @@ struct Parted {
   }
 
   double WorstCenter() const {
-    double worst = 0;
-    map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
-      worst = std::max(worst, (k.cam_from_world.OriginInSource() -
-                               world.cam_from_world[id.value].OriginInSource())
-                                  .norm());
-    });
-    return worst;
+    return CenterErrorsOf(synthetic::KeyframePoses(map), world.cam_from_world).worst;
+  }
+
+  // The odometry loses the scale from a keyframe on.
+  void LoseScaleFrom(uint32_t first) {
+    for (const KeyframeId id : map.keyframes.Ids()) {
+      Keyframe& keyframe = map.keyframes.MutableAt(id);
+      keyframe.timestamp = 0.1 * id.value;
+      keyframe.scale_drift = ScaleDrift{0, id.value < first ? 0.0 : 0.04};
+    }
   }
 };
 
@@ -343,11 +308,7 @@ TEST(LoopClosing, AScaleThatTheLoopDoesNotTellIsThatOfTheWay) {
   for (const double scale : {0.8, 1.25}) {
     constexpr uint32_t kDoor = 12;
     Parted p(scale, kDoor);
-    for (const KeyframeId id : p.map.keyframes.Ids()) {
-      Keyframe& keyframe = p.map.keyframes.MutableAt(id);
-      keyframe.timestamp = 0.1 * id.value;
-      keyframe.scale_drift = ScaleDrift{0, id < p.door ? 0.0 : 0.04};
-    }
+    p.LoseScaleFrom(kDoor);
     LoopClosure loop = p.Loop();
     const Eigen::Vector3d center = p.map.keyframes.At(loop.current).cam_from_world.OriginInSource();
     loop.old_from_current =
@@ -368,12 +329,9 @@ TEST(LoopClosing, TheOdometryTellsWhereTheScaleWasLost) {
   constexpr uint32_t kDoor = 12, kLost = 33;
   constexpr double kScale = 1.3;
   Parted p(kScale, kDoor);
-  for (const KeyframeId id : p.map.keyframes.Ids()) {
-    Keyframe& keyframe = p.map.keyframes.MutableAt(id);
-    keyframe.timestamp = 0.1 * id.value;
-    keyframe.scale_drift = ScaleDrift{0, id.value < kLost ? 0.0 : 0.04};
-    if (id.value > 0) keyframe.motion.emplace();
-  }
+  p.LoseScaleFrom(kLost);
+  for (const KeyframeId id : p.map.keyframes.Ids())
+    if (id.value > 0) p.map.keyframes.MutableAt(id).motion.emplace();
   ASSERT_TRUE(CorrectLoop(p.Loop(), p.map));
   EXPECT_GT(p.map.keyframes.At(KeyframeId(kDoor + 5)).unit, 0.9);  // by landmarks it would be 0.77
   EXPECT_NEAR(p.map.keyframes.At(KeyframeId(kLost + 5)).unit * kScale, 1, 0.05);
@@ -390,13 +348,10 @@ TEST(LoopClosing, ALargeDriftIsRecognisedAndObjectsMoveWithTheirKeyframes) {
   for (uint32_t k = 0; k < d.half; ++k)
     ASSERT_GT((center(k) - center(current.value)).norm(), d.map.MedianDepth(current));
   const Eigen::Vector3d true_center(0.3, -0.2, 0.1);
-  Object object;
-  object.state = ObjectState::kMapped;
-  object.ellipsoid.center = true_center + kDrift * Eigen::Vector3d(1, 0.5, 0.3);
-  object.ellipsoid.half_axes = {0.1, 0.1, 0.2};
-  object.observations.resize(1);
-  object.observations.front().reference = current;
-  d.map.objects.Insert(ObjectId(0), object);
+  Object object = synthetic::MappedObject(
+      synthetic::Upright(0, true_center + kDrift * Eigen::Vector3d(1, 0.5, 0.3), {0.1, 0.1, 0.2}));
+  object.observations.emplace_back().reference = current;
+  synthetic::AddObject(d.map, object);
 
   Rng rng(1);
   const auto loop = LoopDetector().Detect(d.map, current, rng);
@@ -444,16 +399,9 @@ TEST(LoopClosing, TakesBackTheDriftOfALargeMap) {
   constexpr int kKeyframes = 1200;
   synthetic::Building building({.keyframes = kKeyframes, .objects = 0, .is_loop = true});
   Map map = building.map();
-  const auto error = [&] {
-    double worst = 0;
-    for (int k = 0; k < kKeyframes; ++k)
-      worst = std::max(
-          worst,
-          (map.keyframes.At(KeyframeId(static_cast<uint32_t>(k))).cam_from_world.OriginInSource() -
-           building.PoseAt(k).OriginInSource())
-              .norm());
-    return worst;
-  };
+  std::vector<Rigid3> truth;
+  for (int k = 0; k < kKeyframes; ++k) truth.push_back(building.PoseAt(k));
+  const auto error = [&] { return CenterErrorsOf(synthetic::KeyframePoses(map), truth).worst; };
   const double before = error();
   LoopDetector detector;
   Rng rng(8);
@@ -465,14 +413,10 @@ TEST(LoopClosing, TakesBackTheDriftOfALargeMap) {
   EXPECT_THAT(map.CheckInvariants(), IsEmpty());
   EXPECT_LT(error(), 0.5 * before);
   // Neighbours still agree on what they see: the correction has no steps between nodes.
+  const std::vector<Rigid3> poses = synthetic::KeyframePoses(map);
   double worst_step = 0;
-  for (uint32_t k = 1; k < kKeyframes; ++k) {
-    const auto center = [&](uint32_t i) {
-      return map.keyframes.At(KeyframeId(i)).cam_from_world.OriginInSource();
-    };
-    const double step = (center(k) - center(k - 1)).norm();
-    worst_step = std::max(worst_step, std::abs(step - 0.7));
-  }
+  for (size_t k = 1; k < kKeyframes; ++k)
+    worst_step = std::max(worst_step, std::abs(CenterDistance(poses[k], poses[k - 1]) - 0.7));
   EXPECT_LT(worst_step, 0.07);
 }
 

@@ -43,20 +43,16 @@ struct TwoPasses {
   // Objects in a row, as seen in one of the passes.
   void Add(int first_category, bool in_second, double shift = 0) {
     for (int i = 0; i < 4; ++i) {
-      Object object;
-      object.category_id = first_category + i;
-      object.state = ObjectState::kMapped;
-      object.ellipsoid =
-          synthetic::Upright(0, {-0.9 + kSpacing * i + shift + (in_second ? kDrift : 0), -0.5, 0},
-                             {0.12, 0.12, 0.12})
-              .ellipsoid;
+      Object object = synthetic::MappedObject(synthetic::Upright(
+          first_category + i, {-0.9 + kSpacing * i + shift + (in_second ? kDrift : 0), -0.5, 0},
+          {0.12, 0.12, 0.12}));
       for (uint32_t k = in_second ? kWayKeyframes : 0;
            k < (in_second ? 2 * kWayKeyframes : kWayKeyframes); ++k) {
         const Keyframe& keyframe = map.keyframes.At(KeyframeId(k));
         const auto box = ProjectToBox(object.ellipsoid, keyframe.cam_from_world, map.cameras[0]);
         if (box) object.observations.push_back({static_cast<int>(k), KeyframeId(k), {}, 0, *box});
       }
-      map.objects.Insert(ObjectId(static_cast<uint32_t>(map.objects.size())), object);
+      synthetic::AddObject(map, object);
     }
   }
 };

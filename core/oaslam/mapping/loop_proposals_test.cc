@@ -43,10 +43,7 @@ struct SecondPass {
     for (const LandmarkId id : map.landmarks.Ids()) {
       const bool is_common = rng.Uniform(0, 1) < common;
       const Descriptor other_side = synthetic::RandomDescriptor(rng);
-      std::vector<Observation> late;
-      for (const Observation& o : map.landmarks.At(id).observations)
-        if (o.keyframe.value >= kPass) late.push_back(o);
-      for (const Observation& o : late) map.EraseObservation(id, o.keyframe);
+      const std::vector<Observation> late = synthetic::TakeObservations(map, id, kPass);
       if (late.size() < 2) continue;
       const LandmarkId twin = map.AddLandmark({}, late.front().keyframe);
       Eigen::Vector3d position =
@@ -69,16 +66,20 @@ struct SecondPass {
     for (uint32_t k = 0; k < 2 * kPass; ++k) map.UpdateCovisibility(KeyframeId(k));
   }
 
+  // A thing of the second pass comes to lie so far from its place.
+  double ErrorOf(const LoopProposal& proposal, const Thing& thing) const {
+    return (proposal.old_from_current * (old_from_current.Inverse() * thing.center) - thing.center)
+        .norm();
+  }
+
   KeyframeId current() const { return KeyframeId(2 * kPass - 3); }  // 33, a multiple of three
 
   // Things as mapped in one of the passes.
   void Add(const std::vector<Thing>& things, bool in_second) {
     for (const Thing& thing : things) {
-      Object object;
-      object.category_id = thing.category;
-      object.state = ObjectState::kMapped;
       const double radius = 0.12 + 0.01 * thing.category;
-      object.ellipsoid = synthetic::Upright(0, thing.center, {radius, radius, 0.1}).ellipsoid;
+      Object object = synthetic::MappedObject(
+          synthetic::Upright(thing.category, thing.center, {radius, radius, 0.1}));
       if (in_second) {
         object.ellipsoid.center = old_from_current.Inverse() * object.ellipsoid.center;
         object.ellipsoid.half_axes /= old_from_current.scale;
@@ -88,7 +89,7 @@ struct SecondPass {
                 object.ellipsoid, map.keyframes.At(KeyframeId(k)).cam_from_world, map.cameras[0]))
           object.observations.push_back(
               {map.keyframes.At(KeyframeId(k)).frame_index, KeyframeId(k), {}, 0, *box});
-      map.objects.Insert(ObjectId(static_cast<uint32_t>(map.objects.size())), object);
+      synthetic::AddObject(map, object);
     }
   }
 };
@@ -107,11 +108,7 @@ TEST(LoopProposals, FindsThingsThatWereMappedTwice) {
     ASSERT_TRUE(proposal) << knows_vertical;
     EXPECT_EQ(proposal->old_objects.size(), kRoom.size());
     EXPECT_NEAR(proposal->old_from_current.scale, 1 / 1.2, 1e-6);
-    for (const Thing& thing : kRoom)
-      EXPECT_LT((proposal->old_from_current * (pass.old_from_current.Inverse() * thing.center) -
-                 thing.center)
-                    .norm(),
-                1e-6);
+    for (const Thing& thing : kRoom) EXPECT_LT(pass.ErrorOf(*proposal, thing), 1e-6);
   }
 }
 
@@ -127,11 +124,7 @@ TEST(LoopProposals, ErrorsOfTheModelsAndMissingThingsDoNotMatter) {
   const auto proposal = LoopProposals().Find(pass.map, pass.current(), kMinApart);
   ASSERT_TRUE(proposal);
   EXPECT_GE(proposal->old_objects.size(), 4U);
-  for (const Thing& thing : kRoom)
-    EXPECT_LT((proposal->old_from_current * (pass.old_from_current.Inverse() * thing.center) -
-               thing.center)
-                  .norm(),
-              0.12);
+  for (const Thing& thing : kRoom) EXPECT_LT(pass.ErrorOf(*proposal, thing), 0.12);
 }
 
 TEST(LoopProposals, OtherArrangementsAreNotProposed) {
@@ -178,9 +171,8 @@ TEST(LoopProposals, ALoopIsClosedByThingsAndFewPoints) {
     EXPECT_LT(loop->old_landmarks.size(), 50U);
     ASSERT_TRUE(CorrectLoop(*loop, pass.map));
     EXPECT_TRUE(pass.map.CheckInvariants().empty());
-    EXPECT_LT((pass.map.keyframes.At(pass.current()).cam_from_world.OriginInSource() -
-               pass.truth[pass.current().value].OriginInSource())
-                  .norm(),
+    EXPECT_LT(CenterDistance(pass.map.keyframes.At(pass.current()).cam_from_world,
+                             pass.truth[pass.current().value]),
               0.03);
   }
 }

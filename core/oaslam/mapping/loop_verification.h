@@ -20,7 +20,6 @@ struct LoopCandidate {
 std::optional<LoopClosure> VerifyLoop(const Map& map, KeyframeId current,
                                       const LoopCandidate& candidate, Rng& rng);
 
-// The camera of a keyframe, moved by the similarity.
 Rigid3 MovedCamera(const Keyframe& keyframe, const Similarity& old_from_current);
 
 }  // namespace oaslam

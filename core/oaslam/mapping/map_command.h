@@ -14,7 +14,6 @@
 
 namespace oaslam {
 
-// A point of the first two keyframes.
 struct InitialPoint {
   int first_keypoint = 0, second_keypoint = 0;
   // In the first camera's frame, for a baseline of 1.

@@ -2,7 +2,6 @@
 
 #include <bit>
 #include <set>
-#include <utility>
 #include <vector>
 
 #include "oaslam/bundle/bundle_adjustment.h"

@@ -1,20 +1,14 @@
 #include "oaslam/estimation/triangulation.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/map/landmark_sets.h"
 #include "oaslam/mapping/local_mapping.h"
 #include "oaslam/matching/descriptor_match.h"
-#include "oaslam/matching/fusion.h"
 
 namespace oaslam {
 namespace {
-
-// Keyframes that a new one is triangulated and fused with; the time grows with their number.
-constexpr int kFusedKeyframes = 20;
 
 struct View {
   const Camera& camera;
@@ -138,27 +132,6 @@ PointsToDescribe FindPointsToDescribe(KeyframeId id, const Map& map) {
     points.depths.push_back(depth);
   }
   return points;
-}
-
-void FuseLandmarks(KeyframeId id, Map& map) {
-  constexpr double kRadiusPx = 3;       // the pose is adjusted already
-  constexpr int kSecondNeighbours = 5;  // of each neighbour; bounds the time
-  std::vector<KeyframeId> targets = map.CovisibleKeyframes(id, kFusedKeyframes);
-  const size_t direct = targets.size();
-  for (size_t i = 0; i < direct; ++i)
-    for (const KeyframeId second : map.CovisibleKeyframes(targets[i], kSecondNeighbours))
-      if (second != id && std::ranges::find(targets, second) == targets.end())
-        targets.push_back(second);
-  const auto landmarks_of = [&](KeyframeId keyframe) {
-    return LandmarksSeenBy(map, std::span(&keyframe, 1));
-  };
-  for (const KeyframeId target : targets)
-    ApplyFusion(FindFusionCandidates(map, target, landmarks_of(id), kRadiusPx), target, map);
-
-  const std::vector<LandmarkId> theirs = LandmarksSeenBy(map, targets);
-  ApplyFusion(FindFusionCandidates(map, id, theirs, kRadiusPx), id, map);
-  for (const LandmarkId landmark : landmarks_of(id)) map.UpdateLandmark(landmark);
-  map.UpdateCovisibility(id);
 }
 
 }  // namespace oaslam

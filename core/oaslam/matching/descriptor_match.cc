@@ -1,6 +1,5 @@
 #include "oaslam/matching/descriptor_match.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "oaslam/features/band_search.h"

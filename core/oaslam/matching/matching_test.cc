@@ -26,6 +26,16 @@ struct Scene {
         point_of_landmark[mapped.landmark_of_point[i].value] = static_cast<int>(i);
   }
 
+  std::vector<ProjectedLandmark> Projected() const {
+    std::vector<ProjectedLandmark> projected;
+    mapped.map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
+      if (const auto p =
+              ProjectLandmark(id, landmark, world.camera, cam_from_world, *view.features))
+        projected.push_back(*p);
+    });
+    return projected;
+  }
+
   int CountRight(const LandmarkMatches& matches) const {
     int right = 0;
     for (size_t i = 0; i < matches.landmarks.size(); ++i)
@@ -37,14 +47,8 @@ struct Scene {
 
 TEST(ProjectionSearch, FindsLandmarksWhereTheyProject) {
   const Scene s;
-  std::vector<ProjectedLandmark> projected;
-  s.mapped.map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
-    if (const auto p =
-            ProjectLandmark(id, landmark, s.world.camera, s.cam_from_world, *s.view.features))
-      projected.push_back(*p);
-  });
   const LandmarkMatches matches =
-      SearchByProjection(*s.view.features, s.mapped.map, projected,
+      SearchByProjection(*s.view.features, s.mapped.map, s.Projected(),
                          std::vector<LandmarkId>(s.view.features->keypoints.size()), {});
   EXPECT_GT(matches.count, 300);
   EXPECT_GT(s.CountRight(matches), 0.98 * matches.count);
@@ -52,16 +56,11 @@ TEST(ProjectionSearch, FindsLandmarksWhereTheyProject) {
 
 TEST(ProjectionSearch, KeepsWhatIsTaken) {
   const Scene s;
-  std::vector<ProjectedLandmark> projected;
-  s.mapped.map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
-    if (const auto p =
-            ProjectLandmark(id, landmark, s.world.camera, s.cam_from_world, *s.view.features))
-      projected.push_back(*p);
-  });
   std::vector<LandmarkId> taken(s.view.features->keypoints.size());
   taken[5] = LandmarkId(12345);
-  EXPECT_EQ(SearchByProjection(*s.view.features, s.mapped.map, projected, taken, {}).landmarks[5],
-            LandmarkId(12345));
+  EXPECT_EQ(
+      SearchByProjection(*s.view.features, s.mapped.map, s.Projected(), taken, {}).landmarks[5],
+      LandmarkId(12345));
 }
 
 TEST(ProjectionSearch, ALandmarkBehindOrFarOffItsViewingDirectionIsNotProjected) {

@@ -14,17 +14,16 @@ namespace {
 using synthetic::DescribedWorld;
 using synthetic::MakeFrame;
 using synthetic::PlaceWorld;
+using synthetic::PoseOnArc;
 using synthetic::View;
-using synthetic::WorldOptions;
 
-constexpr WorldOptions kWorld = synthetic::kPlaceWorld;
 constexpr PlaceSearchOptions kOptions{900, 0.9};
 
 TEST(MatchPlace, FindsMostLandmarksOfAPlaceAndEachOnce) {
   const PlaceWorld f;
   Rng rng(3);
-  const View view = MakeView(f.world, synthetic::PoseOnArc(kWorld, 5),
-                             {.flipped_bits = 30, .missed = 0.3, .clutter = 300}, rng);
+  const View view =
+      MakeView(f.world, PoseOnArc({}, 5), {.flipped_bits = 30, .missed = 0.3, .clutter = 300}, rng);
   const std::vector<Place> places =
       f.index.RankPlaces(f.mapped.map, f.index.Find(*view.features), 1);
   ASSERT_EQ(places.size(), 1);
@@ -43,7 +42,7 @@ TEST(MatchPlace, FindsMostLandmarksOfAPlaceAndEachOnce) {
 
 TEST(MatchPlace, MatchesPointsThatTheirKeyframesAloneKnow) {
   DescribedWorld f(false);
-  const Rigid3 truth = synthetic::PoseOnArc(kWorld, 7);
+  const Rigid3 truth = PoseOnArc({}, 7);
   const View view = MakeView(f.world, truth, {.flipped_bits = 20}, f.rng);
   const std::shared_ptr<const Features> features = synthetic::KnownByLearned(*view.features, f.rng);
   const Place place =
@@ -84,10 +83,10 @@ TEST(MatchPlace, OrbAddsWhatLearnedDescriptorsDoNotMatch) {
     keyframe.features = std::make_shared<Features>(std::move(features));
   }
   ASSERT_TRUE(f.mapped.map.CheckInvariants().empty());
-  const View view = MakeView(f.world, synthetic::PoseOnArc(kWorld, 7), {.flipped_bits = 20}, f.rng);
+  const View view = MakeView(f.world, PoseOnArc({}, 7), {.flipped_bits = 20}, f.rng);
   Features seen = *synthetic::KnownByLearned(*view.features, f.rng);
-  const Place place = PlaceAround(
-      f.mapped.map, f.mapped.map.NearestKeyframe(synthetic::PoseOnArc(kWorld, 7).OriginInSource()));
+  const Place place =
+      PlaceAround(f.mapped.map, f.mapped.map.NearestKeyframe(PoseOnArc({}, 7).OriginInSource()));
   const auto count = [&](Appearance by) {
     return MatchPlace(seen, f.mapped.map, place, by).size();
   };
@@ -107,14 +106,10 @@ TEST(MatchPlace, OrbAddsWhatLearnedDescriptorsDoNotMatch) {
   EXPECT_GT(right, 0.9 * static_cast<double>(keypoints.size()));
 }
 
-double DistanceOf(const Relocalization& found, const Rigid3& truth) {
-  return (found.cam_from_world.OriginInSource() - truth.OriginInSource()).norm();
-}
-
 TEST(FindAtPlace, FindsAViewOfThePlaceAndJudgesIt) {
   const PlaceWorld f;
   Rng rng(3);
-  const Rigid3 truth = synthetic::PoseOnArc(kWorld, 5);
+  const Rigid3 truth = PoseOnArc({}, 5);
   const Frame frame = MakeFrame(MakeView(f.world, truth, {.missed = 0.3}, rng));
   const Place place =
       PlaceAround(f.mapped.map, f.mapped.map.NearestKeyframe(truth.OriginInSource()));
@@ -122,7 +117,7 @@ TEST(FindAtPlace, FindsAViewOfThePlaceAndJudgesIt) {
     const auto found =
         FindAtPlace(frame, f.mapped.map, place, Appearance::kOrb, {900, min_confidence}, rng);
     ASSERT_TRUE(found);
-    EXPECT_LT(DistanceOf(*found, truth), 0.02);
+    EXPECT_LT(CenterDistance(found->cam_from_world, truth), 0.02);
     EXPECT_GT(found->confidence, 0.99);
     EXPECT_EQ(found->IsFound(), min_confidence < 1) << found->confidence;
     EXPECT_EQ(found->why_not.empty(), found->IsFound());
@@ -140,30 +135,30 @@ TEST(FindNear, ConfirmsARoughPose) {
   const PlaceWorld f;
   for (uint64_t seed = 0; seed < 10; ++seed) {
     Rng rng(seed);
-    const Rigid3 truth = synthetic::PoseOnArc(kWorld, 5);
+    const Rigid3 truth = PoseOnArc({}, 5);
     const View view = MakeView(f.world, truth, {.flipped_bits = 25, .clutter = 300}, rng);
     const Rigid3 guess = synthetic::Disturb(truth, 0.08, 0.03, rng);
     const Relocalization report = FindNear(MakeFrame(view), f.mapped.map,
                                            f.mapped.map.landmarks.Ids(), guess, 60, kOptions, rng);
     ASSERT_TRUE(report.IsFound()) << seed << ": " << report.why_not;
-    EXPECT_LT((report.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.02);
+    EXPECT_LT(CenterDistance(report.cam_from_world, truth), 0.02);
   }
 }
 
 TEST(FindNear, RefusesAPoseThatIsElsewhere) {
   const PlaceWorld f;
   Rng rng(4);
-  const View view = MakeView(f.world, synthetic::PoseOnArc(kWorld, 25), {}, rng);
+  const View view = MakeView(f.world, PoseOnArc({}, 25), {}, rng);
   const Relocalization report =
-      FindNear(MakeFrame(view), f.mapped.map, f.mapped.map.landmarks.Ids(),
-               synthetic::PoseOnArc(kWorld, -90), 40, kOptions, rng);
+      FindNear(MakeFrame(view), f.mapped.map, f.mapped.map.landmarks.Ids(), PoseOnArc({}, -90), 40,
+               kOptions, rng);
   EXPECT_FALSE(report.IsFound());
 }
 
 TEST(FindNear, UsesTheGivenLandmarksAlone) {
   const PlaceWorld f;
   Rng rng(5);
-  const Rigid3 truth = synthetic::PoseOnArc(kWorld, 5);
+  const Rigid3 truth = PoseOnArc({}, 5);
   const View view = MakeView(f.world, truth, {}, rng);
   std::vector<LandmarkId> half;
   for (const LandmarkId id : f.mapped.map.landmarks.Ids())

@@ -18,7 +18,6 @@ constexpr double kSameViewCos = 0.998;
 // A landmark is predicted on a level of the pyramid with an error of one: a factor of 1.2 in
 // distance.
 constexpr double kNearer = 0.8, kFarther = 1.2;
-constexpr double kMinDepth = 1e-6;  // only prevents a division by zero
 
 bool Inside(const Box& bounds, const Eigen::Vector2d& px) {
   return px.x() >= bounds.x1 && px.x() <= bounds.x2 && px.y() >= bounds.y1 && px.y() <= bounds.y2;

@@ -16,8 +16,7 @@
 namespace oaslam {
 namespace {
 
-using object_table::EmptyMap;
-using object_table::kCamera;
+using namespace object_table;
 
 TrackedFrame FrameWith(int index, std::vector<ObjectDetection> detections) {
   TrackedFrame tracked;
@@ -69,11 +68,7 @@ TEST(Association, ClassesDoNotMixAndOldBoxesAreForgotten) {
 }
 
 Object MappedCup(const Eigen::Vector3d& center) {
-  Object object;
-  object.category_id = 41;
-  object.state = ObjectState::kMapped;
-  object.ellipsoid = {center, {0.1, 0.1, 0.1}, Eigen::Quaterniond::Identity()};
-  return object;
+  return MappedObject(synthetic::Upright(41, center, {0.1, 0.1, 0.1}));
 }
 
 TEST(Association, ASmallThingIsFollowedAsTheCameraMoves) {
@@ -172,8 +167,7 @@ TEST(Association, OnlyWhatTheLensShowsIsMissed) {
   camera.distortion = {-0.3, 0.08, 0, 0, 0};
   const double top = IdealImageBounds(camera).y1;
   for (const double y : {top + 40, 60.0}) {
-    Map map;
-    map.cameras = {camera};
+    Map map = EmptyMap(camera);
     const Eigen::Vector3d ray = RayOf(camera, {camera.cx, y});
     map.objects.Insert(ObjectId(7), MappedCup(4 * ray));
     TrackedFrame seen = FrameWith(0, {{1, 0.9, {10, 10, 60, 60}, 0}});

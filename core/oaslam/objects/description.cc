@@ -4,7 +4,7 @@
 
 namespace oaslam {
 
-std::string Described(ObjectId id, const Object& object) {
+std::string NameForLog(ObjectId id, const Object& object) {
   return object.name.empty()
              ? fmt::format("object {} (class {})", id.value, object.category_id)
              : fmt::format("object {} ({}, class {})", id.value, object.name, object.category_id);

@@ -7,6 +7,6 @@
 namespace oaslam {
 
 // For the log: "object 7 (class 41)".
-std::string Described(ObjectId id, const Object& object);
+std::string NameForLog(ObjectId id, const Object& object);
 
 }  // namespace oaslam

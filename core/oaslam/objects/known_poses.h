@@ -2,7 +2,6 @@
 
 #include <functional>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "oaslam/config.h"

@@ -9,7 +9,6 @@
 
 namespace oaslam {
 
-// The evidence for the next state of an object.
 struct ObjectEvidence {
   bool has_model = false;   // an ellipsoid could be fitted
   double observations = 0;  // total number, converted to a video of 30 Hz
@@ -17,7 +16,6 @@ struct ObjectEvidence {
   bool is_forgotten = false;
 };
 
-// The index and time of an image.
 struct ImageTime {
   int frame = 0;
   double timestamp = 0;  // seconds

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -10,7 +9,6 @@
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/objects/description.h"
 #include "oaslam/objects/life_cycle.h"
-#include "oaslam/objects/object_merging.h"
 #include "oaslam/objects/object_model.h"
 #include "oaslam/objects/presence.h"
 #include "oaslam/util/log.h"
@@ -67,7 +65,7 @@ void Move(ObjectId id, Object moved, Map& map) {
   const double distance = (moved.ellipsoid.center - map.objects.At(id).ellipsoid.center).norm();
   Log(moved.has_moved ? LogLevel::kInfo : LogLevel::kDebug,
       fmt::format("{} has moved by {:.3g}: {} detections since frame {} show it there",
-                  Described(id, moved), distance, moved.total_observations,
+                  NameForLog(id, moved), distance, moved.total_observations,
                   moved.observations.front().frame_index));
   map.objects.MutableAt(id) = std::move(moved);
 }
@@ -135,7 +133,7 @@ void SetClassRelations(ClassRelations classes, Map& map) {
   for (const ObjectId id : map.objects.Ids()) {
     const Object& object = map.objects.At(id);
     if (!map.classes.IsMovable(object.category_id)) continue;
-    Log(LogLevel::kInfo, Described(id, object) + " removed: its class moves");
+    Log(LogLevel::kInfo, NameForLog(id, object) + " removed: its class moves");
     map.objects.Erase(id);
   }
 }
@@ -170,12 +168,12 @@ void ResolveAbsent(const ImageTime& now, const ObjectsConfig& config, Map& map) 
                (is_seen_elsewhere && !IsForgotten(UnseenSince(*object, now)))) {
       if (object->state == ObjectState::kMapped) {
         Log(LogLevel::kInfo, "{} is no longer in its place: not used until it is found again",
-            Described(id, *object));
+            NameForLog(id, *object));
         map.objects.MutableAt(id).state = ObjectState::kInitialized;
       }
     } else {
       Log(LogLevel::kInfo, "{} removed: not in its place any more, last seen in frame {}",
-          Described(id, *object), object->last_seen_frame);
+          NameForLog(id, *object), object->last_seen_frame);
       map.objects.Erase(id);
     }
   }

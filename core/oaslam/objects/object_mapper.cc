@@ -99,7 +99,7 @@ bool HasMoved(const Map& map, std::span<const ObjectPlace> places, ObjectId id,
 
 void Drop(ObjectId id, const std::string& reason, Map& map) {
   const Object& object = map.objects.At(id);
-  Log(LogLevel::kDebug, "{} dropped: {} frame {}", Described(id, object), reason,
+  Log(LogLevel::kDebug, "{} dropped: {} frame {}", NameForLog(id, object), reason,
       object.last_seen_frame);
   map.objects.Erase(id);
 }
@@ -211,7 +211,7 @@ void WeighSightLines(ObjectId id, std::span<const KeyframeId> keyframes, Map& ma
   if (!object || object->state != ObjectState::kMapped) return;
   const double absence = object->absence + SeenThroughEvidence(map, *object, keyframes);
   if (!IsProvenAbsent(absence)) return;
-  Log(LogLevel::kDebug, "the camera looks through the place of " + Described(id, *object));
+  Log(LogLevel::kDebug, "the camera looks through the place of " + NameForLog(id, *object));
   map.objects.MutableAt(id).absence = absence;
 }
 

@@ -13,12 +13,7 @@
 namespace oaslam {
 namespace {
 
-using object_table::DistanceToNearest;
-using object_table::Film;
-using object_table::kCamera;
-using object_table::MappedObjects;
-using object_table::TableTop;
-using object_table::TrueObject;
+using namespace object_table;
 
 TEST(ObjectMapping, FindsWhatIsOnTheTableAndNothingElse) {
   const auto objects = TableTop();

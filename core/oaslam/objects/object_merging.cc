@@ -97,7 +97,7 @@ std::optional<Joint> Join(const Map& map, std::span<const ObjectPlace> places, O
 
 void Replace(Object joint, ObjectId kept, ObjectId gone, Map& map) {
   Log(LogLevel::kDebug, "{} takes in object {}: the same thing mapped twice",
-      Described(kept, joint), gone.value);
+      NameForLog(kept, joint), gone.value);
   map.objects.MutableAt(kept) = std::move(joint);
   map.objects.Erase(gone);
   map.merged_objects.Insert(gone, kept);
@@ -125,32 +125,6 @@ void TryMerge(Map& map, std::span<const ObjectPlace> places, ObjectId kept, Obje
 }
 
 }  // namespace
-
-void AdoptModel(const ObjectModel& model, std::span<const BoxView> views, Object& object) {
-  object.ellipsoid = model.ellipsoid;
-  object.mean_iou = model.overlap.mean_iou;
-  object.covariance = EstimateCovariance(model.ellipsoid, views);
-}
-
-void AddVotes(const std::vector<LandmarkId>& landmarks, const std::vector<uint16_t>& votes,
-              Object& object) {
-  std::vector<LandmarkId> ids;
-  std::vector<uint16_t> sums;
-  size_t i = 0, j = 0;
-  while (i < object.landmarks.size() || j < landmarks.size()) {
-    const bool take_own = j >= landmarks.size() ||
-                          (i < object.landmarks.size() && object.landmarks[i] <= landmarks[j]);
-    const LandmarkId id = take_own ? object.landmarks[i] : landmarks[j];
-    int sum = 0;
-    while (i < object.landmarks.size() && object.landmarks[i] == id)
-      sum += object.landmark_votes[i++];
-    while (j < landmarks.size() && landmarks[j] == id) sum += votes[j++];
-    ids.push_back(id);
-    sums.push_back(static_cast<uint16_t>(std::min(sum, UINT16_MAX + 0)));
-  }
-  object.landmarks = std::move(ids);
-  object.landmark_votes = std::move(sums);
-}
 
 bool MergeObjects(Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& config) {
   if (!MayBeTheSame(LabelsOf(map.objects.At(kept)), LabelsOf(map.objects.At(gone)))) return false;

@@ -1,10 +1,8 @@
 #pragma once
 
 #include <set>
-#include <span>
 
 #include "oaslam/config.h"
-#include "oaslam/estimation/ellipsoid_fit.h"
 #include "oaslam/map/map.h"
 
 namespace oaslam {
@@ -20,13 +18,5 @@ void MergeDuplicates(Map& map, const std::set<ObjectId>& changed, const ObjectsC
 // Merges two objects at a user's request: they must be of one class and have a common ellipsoid.
 // Returns false and changes nothing otherwise.
 bool MergeObjects(Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& config);
-
-// Sets the ellipsoid of an object and the values that follow from it.
-struct ObjectModel;
-void AdoptModel(const ObjectModel& model, std::span<const BoxView> views, Object& object);
-
-// Adds votes for landmarks (ascending) to an object's.
-void AddVotes(const std::vector<LandmarkId>& landmarks, const std::vector<uint16_t>& votes,
-              Object& object);
 
 }  // namespace oaslam

@@ -3,24 +3,21 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/objects/object_mapper.h"
+#include "oaslam/objects/own_landmarks.h"
 #include "oaslam/util/rng.h"
 #include "object_table.h"
 
 namespace oaslam {
 namespace {
 
-using object_table::EmptyMap;
-using object_table::Film;
-using object_table::kCamera;
-using object_table::LookAt;
-using object_table::TableTop;
-using object_table::TrueObject;
+using namespace object_table;
 
 // Cup 0 mapped as two objects: from observations before frame `split` and after it.
 Map SplitMap(bool really_two) {
@@ -107,18 +104,25 @@ TEST(Merging, WhatIsPassedTwiceBrieflyIsKnownByItsLandmarks) {
   EXPECT_LT((book.ellipsoid.center - TableTop()[2].ellipsoid.center).norm(), 0.02);
 }
 
-TEST(Merging, AMappedObjectKeepsItsId) {
+// Merges the first and the second half of the observations of a cup, which are two objects.
+Map MergedHalves(const std::function<void(Object& early, Object& late)>& change) {
   Map map = SplitMap(false);
   Object early = map.objects.At(ObjectId(0)), late = early;
-  early.state = ObjectState::kInitialized;
   early.observations.resize(early.observations.size() / 2);
   late.observations.erase(
       late.observations.begin(),
       late.observations.begin() + static_cast<std::ptrdiff_t>(early.observations.size()));
+  change(early, late);
   map.merged_objects = {};
   map.objects.MutableAt(ObjectId(0)) = early;
   map.objects.Insert(ObjectId(1), late);
   MergeDuplicates(map, {ObjectId(0)}, {});
+  return map;
+}
+
+TEST(Merging, AMappedObjectKeepsItsId) {
+  const Map map =
+      MergedHalves([](Object& early, Object&) { early.state = ObjectState::kInitialized; });
   EXPECT_FALSE(map.objects.Contains(ObjectId(0)));
   ASSERT_TRUE(map.objects.Contains(ObjectId(1)));
   EXPECT_EQ(map.objects.At(ObjectId(1)).state, ObjectState::kMapped);
@@ -138,9 +142,7 @@ TEST(Merging, EllipsoidsThatTouchAreOneIfOneExplainsBoth) {
     for (int half = 0; half < 2; ++half) {
       Object& object = objects[half];
       const TrueObject& seen = half == 0 ? cup : other;
-      object.category_id = cup.category_id;
-      object.state = ObjectState::kMapped;
-      object.ellipsoid = seen.ellipsoid;
+      object = MappedObject(seen);
       object.mean_iou = 0.9;
       if (half == 1 && !really_two) object.ellipsoid.center.x() += touching;
       for (int i = 0; i < 20; ++i) {
@@ -170,24 +172,15 @@ TEST(Merging, EllipsoidsThatTouchAreOneIfOneExplainsBoth) {
 // A thing that was taken for a bowl at first: both halves of its detections have both labels.
 TEST(Merging, WhatIsGivenTwoLabelsBecomesOneOfTheCommonerClass) {
   for (const bool has_both : {true, false}) {
-    Map map = SplitMap(false);
-    Object early = map.objects.At(ObjectId(0)), late = early;
-    const int category = early.category_id;
-    early.observations.resize(early.observations.size() / 2);
-    late.observations.erase(
-        late.observations.begin(),
-        late.observations.begin() + static_cast<std::ptrdiff_t>(early.observations.size()));
-    early.category_id = category + 1;
-    early.total_observations = 10;
-    late.total_observations = 30;
-    if (has_both) {
+    const int category = TableTop()[0].category_id;
+    const Map map = MergedHalves([&](Object& early, Object& late) {
+      early.category_id = category + 1;
+      early.total_observations = 10;
+      late.total_observations = 30;
+      if (!has_both) return;
       early.shares = {{category, 0.4}, {category + 1, 0.6}};
       late.shares = {{category, 0.8}, {category + 1, 0.2}};
-    }
-    map.merged_objects = {};
-    map.objects.MutableAt(ObjectId(0)) = early;
-    map.objects.Insert(ObjectId(1), late);
-    MergeDuplicates(map, {ObjectId(0)}, {});
+    });
     ASSERT_EQ(map.objects.size(), has_both ? 1u : 2u);
     if (!has_both) continue;
     const Object& joint = map.objects.At(ObjectId(0));

@@ -1,6 +1,5 @@
 #include "oaslam/objects/object_model.h"
 
-#include <algorithm>
 #include <limits>
 
 #include "oaslam/geometry/box.h"
@@ -65,6 +64,12 @@ std::optional<ObjectModel> FitObjectModel(const Map& map, std::span<const BoxVie
   if (!fit.success) return best;
   const ObjectModel fresh = measured(fit);
   return best && best->overlap.mean_iou >= fresh.overlap.mean_iou ? best : fresh;
+}
+
+void AdoptModel(const ObjectModel& model, std::span<const BoxView> views, Object& object) {
+  object.ellipsoid = model.ellipsoid;
+  object.mean_iou = model.overlap.mean_iou;
+  object.covariance = EstimateCovariance(model.ellipsoid, views);
 }
 
 void ThinObservations(const Map& map, std::vector<ObjectObservation>& observations) {

@@ -26,6 +26,9 @@ std::vector<BoxView> ViewsOf(const Map& map, std::span<const ObjectObservation> 
 std::optional<ObjectModel> FitObjectModel(const Map& map, std::span<const BoxView> views,
                                           const Ellipsoid* current, const ObjectsConfig& config);
 
+// Sets the ellipsoid of an object and the values that follow from it.
+void AdoptModel(const ObjectModel& model, std::span<const BoxView> views, Object& object);
+
 // Keeps at most kMaxObservations, spread over the track: repeatedly drops the one that is nearest
 // to its neighbours in angle and time. Bounds the time of a fit; more boxes have correlated errors.
 constexpr size_t kMaxObservations = 60;

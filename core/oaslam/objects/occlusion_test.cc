@@ -12,10 +12,7 @@
 namespace oaslam {
 namespace {
 
-using object_table::Film;
-using object_table::kCamera;
-using object_table::MappedObjects;
-using object_table::TrueObject;
+using namespace object_table;
 
 // A wide object stands in front of a long one, so that the detector sees only the part of the long
 // one beside it.

@@ -15,6 +15,26 @@ std::vector<Eigen::Vector3d> PositionsOf(const Map& map, std::span<const Landmar
 
 }  // namespace
 
+void AddVotes(const std::vector<LandmarkId>& landmarks, const std::vector<uint16_t>& votes,
+              Object& object) {
+  std::vector<LandmarkId> ids;
+  std::vector<uint16_t> sums;
+  size_t i = 0, j = 0;
+  while (i < object.landmarks.size() || j < landmarks.size()) {
+    const bool take_own = j >= landmarks.size() ||
+                          (i < object.landmarks.size() && object.landmarks[i] <= landmarks[j]);
+    const LandmarkId id = take_own ? object.landmarks[i] : landmarks[j];
+    int sum = 0;
+    while (i < object.landmarks.size() && object.landmarks[i] == id)
+      sum += object.landmark_votes[i++];
+    while (j < landmarks.size() && landmarks[j] == id) sum += votes[j++];
+    ids.push_back(id);
+    sums.push_back(static_cast<uint16_t>(std::min(sum, UINT16_MAX + 0)));
+  }
+  object.landmarks = std::move(ids);
+  object.landmark_votes = std::move(sums);
+}
+
 std::vector<LandmarkId> VotedLandmarks(const Object& object, int votes) {
   constexpr int kMinVotes = 3;  // with fewer, landmarks behind an object count, too
   std::vector<LandmarkId> voted;

@@ -12,6 +12,10 @@ namespace oaslam {
 // tau of the paper.
 constexpr int kMinSharedPoints = 10;
 
+// Adds votes for landmarks (ascending) to an object's.
+void AddVotes(const std::vector<LandmarkId>& landmarks, const std::vector<uint16_t>& votes,
+              Object& object);
+
 // The landmarks that were inside the boxes of an object at least `votes` times, and more often than
 // chance explains; ascending.
 std::vector<LandmarkId> VotedLandmarks(const Object& object, int votes = 0);

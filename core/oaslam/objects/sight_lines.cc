@@ -56,7 +56,6 @@ class SightLineJudge {
   Eigen::Matrix3d ball_from_world_;
 };
 
-// The keyframes that detected an object.
 std::vector<KeyframeId> Detecting(const Map& map, const Object& object) {
   std::set<KeyframeId> keyframes;
   for (const ObjectObservation& o : object.observations)

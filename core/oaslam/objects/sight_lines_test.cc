@@ -9,7 +9,7 @@
 
 #include "oaslam/objects/object_mapper.h"
 #include "oaslam/objects/presence.h"
-#include "synthetic_world.h"
+#include "object_film.h"
 
 namespace oaslam {
 namespace {
@@ -24,7 +24,6 @@ class Hall {
   enum class Ball { kThere, kGone, kOfGlass };
 
   Hall() {
-    map_.cameras.push_back(synthetic::World().camera);
     for (double x = -2; x <= 2; x += 0.08)
       for (double z = -0.5; z <= 1.5; z += 0.08) wall_.push_back(Add({x, 1, z}));
     for (double x = -0.09; x <= 0.09; x += 0.03)
@@ -44,16 +43,10 @@ class Hall {
 
   // The ball as an object that was detected in keyframes.
   ObjectId Map(const std::vector<KeyframeId>& keyframes) {
-    Object object;
-    object.state = ObjectState::kMapped;
+    Object object = MappedObject(synthetic::Upright(0, kPlace, Eigen::Vector3d::Constant(kRadius)));
     object.total_observations = 60;
-    object.ellipsoid = {kPlace, Eigen::Vector3d::Constant(kRadius), Eigen::Quaterniond::Identity()};
-    for (const KeyframeId id : keyframes) {
-      ObjectObservation observation;
-      observation.frame_index = map_.keyframes.At(id).frame_index;
-      observation.reference = id;
-      object.observations.push_back(observation);
-    }
+    for (const KeyframeId id : keyframes)
+      object.observations.push_back({map_.keyframes.At(id).frame_index, id, {}, 0, {}});
     object.last_seen_frame = object.observations.back().frame_index;
     const ObjectId id(0);
     map_.objects.Insert(id, object);
@@ -78,15 +71,9 @@ class Hall {
       if (ball != Ball::kThere || !IsHidden(eye, map_.landmarks.At(id).position))
         seen.push_back(id);
     if (ball != Ball::kGone) seen.insert(seen.end(), ball_.begin(), ball_.end());
-    Keyframe keyframe;
-    keyframe.frame_index = 10 * static_cast<int>(next_);
     const Eigen::Vector3d ahead(std::sin(turned), std::cos(turned), 0);
-    keyframe.cam_from_world = synthetic::LookAt(eye, eye + ahead);
-    auto features = std::make_shared<Features>();
-    features->keypoints.resize(seen.size());
-    features->descriptors.resize(seen.size());
-    keyframe.features = std::move(features);
-    keyframe.landmarks.resize(seen.size());
+    Keyframe keyframe = synthetic::BlankKeyframe(synthetic::LookAt(eye, eye + ahead), seen.size());
+    keyframe.frame_index = 10 * static_cast<int>(next_);
     const KeyframeId id(next_++);
     map_.keyframes.Insert(id, std::move(keyframe));
     for (size_t i = 0; i < seen.size(); ++i)
@@ -94,7 +81,7 @@ class Hall {
     return id;
   }
 
-  oaslam::Map map_;
+  oaslam::Map map_ = synthetic::EmptyMap();
   std::vector<LandmarkId> wall_, ball_;
   uint32_t next_ = 0;
 };

@@ -120,7 +120,6 @@ LevelFit FitLevel(std::span<const Eigen::Vector3d> axes) {
   return fit;
 }
 
-// Rotation angle between two cameras.
 double AngleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   return std::acos(std::clamp(((a * b.transpose()).trace() - 1) / 2, -1.0, 1.0));
 }

@@ -10,7 +10,6 @@
 #include <tuple>
 #include <utility>
 
-#include "oaslam/estimation/huber.h"
 #include "oaslam/geometry/degree.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/odometry/two_images.h"

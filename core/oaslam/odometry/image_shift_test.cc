@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "oaslam/util/rng.h"
+#include "grey_scene.h"
 
 namespace oaslam {
 namespace {
@@ -27,11 +27,11 @@ GreyPyramid Discs(const Eigen::Vector2d& shift, double contrast = 1, double brig
       for (int u = 0; u < kDiscsWidth; ++u)
         if (std::hypot(u - x, v - y) < radius) grey[v * kDiscsWidth + u] = value;
   }
-  std::vector<uint8_t> pixels;
-  for (const double g : grey)
-    pixels.push_back(
-        static_cast<uint8_t>(std::lround(std::clamp(contrast * g + brightness, 0.0, 255.0))));
-  return GreyPyramid({pixels.data(), kDiscsWidth, kDiscsWidth, kDiscsHeight}, 5);
+  const GreyBuffer image = synthetic::Drawn(kDiscsWidth, kDiscsHeight, [&](int x, int y) {
+    const double seen = contrast * grey[y * kDiscsWidth + x] + brightness;
+    return std::lround(std::clamp(seen, 0.0, 255.0));
+  });
+  return GreyPyramid(image.view(), 5);
 }
 
 TEST(ShiftOfImage, IsFoundUpToHalfOfTheImage) {

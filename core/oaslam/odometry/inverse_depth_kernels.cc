@@ -48,7 +48,7 @@ HWY_INLINE void Transpose(Four& a, Four& b, Four& c, Four& d) {
   d = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
 }
 
-// PseudoHuberLossOf (estimation/huber).
+// The pseudo-Huber loss and its weight.
 HWY_INLINE Four LossCost(Four chi2, double corner_chi2) {
   if (corner_chi2 <= 0) return chi2;
   return Set(2 * corner_chi2) * (Root(Set(1) + chi2 * Set(1 / corner_chi2)) - Set(1));

@@ -33,7 +33,9 @@ struct SightingTable {
   void Resize(size_t rows);  // all zero
 };
 
-// The robust cost of each row; `corner_chi2`: of PseudoHuberLossOf.
+// The cost of each row by the pseudo-Huber loss (Hartley and Zisserman 2004, A6.8), a smooth
+// version of the absolute residual. Near the squared residual `corner_chi2` the loss changes from a
+// parabola to a line; 0: no robust loss.
 void CostsOfSightings(std::span<const ImagePair> pairs, const SightingTable& table,
                       double corner_chi2, double* costs);
 

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/levenberg_marquardt.h"
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/geometry/skew.h"
 #include "oaslam/odometry/inverse_depth_kernels.h"

@@ -71,7 +71,7 @@ struct InverseDepthProblem {
   std::vector<TurnRatePrior> turn_rates;
   std::vector<RotationPrior> rotations;
   std::optional<LengthPrior> length;
-  double corner_chi2 = 0;          // of the measurements' PseudoHuberLossOf
+  double corner_chi2 = 0;          // of the measurements' pseudo-Huber loss
   double huber_chi2 = 0;           // of the turn rates, and where solutions are compared
   double least_inverse_depth = 0;  // of a point; slightly below 0 (infinity) because of noise
 };

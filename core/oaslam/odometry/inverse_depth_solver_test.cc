@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "cameras.h"
 #include "instruction_sets.h"
 #include "oaslam/estimation/huber.h"
 #include "oaslam/geometry/pose_step.h"
@@ -74,11 +75,7 @@ struct Scene {
   }
 
   double WorstCenter(const InverseDepthState& state) const {
-    double worst = 0;
-    for (size_t k = 0; k < truth.poses.size(); ++k)
-      worst = std::max(worst,
-                       (state.poses[k].OriginInSource() - truth.poses[k].OriginInSource()).norm());
-    return worst;
+    return CenterErrorsOf(state.poses, truth.poses).worst;
   }
 };
 

@@ -1,5 +1,4 @@
 // The first images, until the motion is decided.
-#include <algorithm>
 #include <cmath>
 #include <utility>
 

@@ -54,7 +54,6 @@ Odometry::FollowedPoints Odometry::FollowFrom(const Rigid3& predicted) const {
   return followed;
 }
 
-// Of the points, the share that has no place.
 double Odometry::FollowedPoints::ShareLost() const {
   const auto lost = std::ranges::count_if(places, [](const auto& place) { return !place; });
   return static_cast<double>(lost) / std::max(1.0, static_cast<double>(places.size()));

@@ -14,7 +14,6 @@ struct PatchEdge {
   Eigen::Vector2d along = Eigen::Vector2d::UnitX();  // in the image, of length 1
   double slide = 1;  // sigma of a sighting along the edge, divided by that across it; 1 at a corner
 
-  // The edge as another image sees it.
   PatchEdge In(const Rigid3& image_from_here) const;
   // The covariance of a sighting, in units of the variance across the edge; and the root of its
   // inverse, symmetric.

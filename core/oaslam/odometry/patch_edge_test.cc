@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "oaslam/features/grey_image.h"
+#include "grey_scene.h"
 #include "oaslam/geometry/degree.h"
 #include "oaslam/geometry/pose_step.h"
 
@@ -14,10 +14,7 @@ namespace oaslam {
 namespace {
 
 GreyBuffer PatchOf(const std::function<double(int, int)>& grey) {
-  GreyBuffer image(40, 30);
-  for (int y = 0; y < 30; ++y)
-    for (int x = 0; x < 40; ++x) image.Row(y)[x] = static_cast<uint8_t>(std::lround(grey(x, y)));
-  return image;
+  return synthetic::Drawn(40, 30, [&](int x, int y) { return std::lround(grey(x, y)); });
 }
 
 PatchEdge EdgeOf(const GreyBuffer& image) { return EdgeAt(image.view(), {20, 15}); }

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <vector>
 
+#include "grey_scene.h"
 #include "oaslam/odometry/grey_pyramid.h"
 #include "oaslam/odometry/patch_flow.h"
 
@@ -22,15 +22,12 @@ using GreyScene = std::function<double(const Eigen::Vector2d&)>;  // grey value 
 GreyPyramid SeenScene(const GreyScene& scene, const Eigen::Matrix2d& stretch,
                       const Eigen::Vector2d& shift, double gain = 1, double brightness = 0) {
   const Eigen::Vector2d middle(80, 60);
-  std::vector<uint8_t> pixels;
-  for (int y = 0; y < kDown; ++y)
-    for (int x = 0; x < kAcross; ++x) {
-      const Eigen::Vector2d at =
-          middle + stretch.inverse() * (Eigen::Vector2d(x, y) - shift - middle);
-      const double grey = brightness + gain * scene(at);
-      pixels.push_back(static_cast<uint8_t>(std::lround(std::clamp(grey, 0.0, 255.0))));
-    }
-  return GreyPyramid({pixels.data(), kAcross, kAcross, kDown}, 3);
+  const GreyBuffer seen = synthetic::Drawn(kAcross, kDown, [&](int x, int y) {
+    const Eigen::Vector2d at =
+        middle + stretch.inverse() * (Eigen::Vector2d(x, y) - shift - middle);
+    return std::lround(std::clamp(brightness + gain * scene(at), 0.0, 255.0));
+  });
+  return GreyPyramid(seen.view(), 3);
 }
 
 double Waves(const Eigen::Vector2d& p) {

@@ -2,8 +2,6 @@
 
 #include <Eigen/Core>
 #include <optional>
-#include <span>
-#include <vector>
 
 #include "oaslam/odometry/grey_pyramid.h"
 

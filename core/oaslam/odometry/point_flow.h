@@ -13,7 +13,6 @@ namespace oaslam {
 // place, or a patch that has turned.
 inline constexpr float kMaxShift = 1.5;
 
-// A point to be followed from one image to the next.
 struct PointToFollow {
   Eigen::Vector2f px;     // in the last image
   Eigen::Vector2f guess;  // in the next one

@@ -1,7 +1,6 @@
 #include "oaslam/odometry/sightings_by_pair.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 
 namespace oaslam {
 

@@ -4,43 +4,24 @@
 
 #include <cmath>
 #include <functional>
-#include <vector>
 
+#include "grey_scene.h"
 #include "matchers.h"
-#include "oaslam/util/rng.h"
 
 namespace oaslam {
 namespace {
 
-constexpr int kRoomWidth = 320, kRoomHeight = 240, kRoomSide = 160;
-
-// Noise in squares of six pixels, seen by a camera that looks at (x, y).
-class Room {
- public:
-  explicit Room(uint64_t seed) {
-    Rng rng(seed);
-    for (int i = 0; i < kRoomSide * kRoomSide; ++i)
-      squares_.push_back(static_cast<uint8_t>(rng.Uniform(20, 235)));
-  }
-  uint8_t At(int x, int y) const {
-    const auto wrapped = [](int k) { return (k / 6 % kRoomSide + kRoomSide) % kRoomSide; };
-    return squares_[wrapped(y) * kRoomSide + wrapped(x)];
-  }
-
- private:
-  std::vector<uint8_t> squares_;
-};
+constexpr int kRoomWidth = 320, kRoomHeight = 240;
 
 using Pixel = std::function<uint8_t(double time_s, int x, int y)>;
 
 // What is known after so many seconds at 10 Hz.
 StillParts PartsAfter(double seconds, const Pixel& pixel) {
   StillParts parts;
-  std::vector<uint8_t> image(static_cast<size_t>(kRoomWidth) * kRoomHeight);
   for (int i = 0; i < 10 * seconds; ++i) {
-    for (int y = 0; y < kRoomHeight; ++y)
-      for (int x = 0; x < kRoomWidth; ++x) image[y * kRoomWidth + x] = pixel(i / 10.0, x, y);
-    parts.Add({image.data(), kRoomWidth, kRoomWidth, kRoomHeight}, i / 10.0);
+    const GreyBuffer image = synthetic::Drawn(kRoomWidth, kRoomHeight,
+                                              [&](int x, int y) { return pixel(i / 10.0, x, y); });
+    parts.Add(image.view(), i / 10.0);
   }
   return parts;
 }
@@ -53,7 +34,7 @@ ImageMask MaskAfter(double seconds, const Pixel& pixel) {
 int LookX(double t) { return 2000 + static_cast<int>(std::lround(40 * std::sin(t))); }
 int LookY(double t) { return 2000 + static_cast<int>(std::lround(30 * std::sin(1.5 * t))); }
 
-const Room kRoom(1), kBonnet(2);
+const synthetic::NoiseSquares kRoom(160, 6, 1), kBonnet(160, 6, 2);
 
 uint8_t Turning(double t, int x, int y) { return kRoom.At(LookX(t) + x, LookY(t) + y); }
 

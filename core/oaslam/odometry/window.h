@@ -66,7 +66,7 @@ struct WindowOptions {
   // prototype's (docs/lab/odometry.md); others were not tried.
   double sigma_px = 0.7;
   double huber_sigmas = 1.5;
-  // Of the loss of sightings (PseudoHuberLossOf). Many sightings have similar errors of one to
+  // Of the pseudo-Huber loss of sightings. Many sightings have similar errors of one to
   // three pixels: points on edges in front of a wall, in reflections, on bare walls. Losses that
   // are not convex make wrong motions into minima (docs/lab/odometry.md).
   double corner_chi2 = 0.5;
@@ -110,7 +110,6 @@ struct Window {
   // The index of an image in `images`.
   size_t IndexOf(int id) const;
 
-  // The inverse depth of a point as an image sees it.
   double InverseDepthIn(const WindowPoint& point, const WindowImage& image) const;
 
   // Removes an image with its sightings; points that it saw first get the next sighting as anchor.

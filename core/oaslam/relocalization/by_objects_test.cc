@@ -13,13 +13,11 @@
 namespace oaslam {
 namespace {
 
-using testing::Desk;
-using testing::kCamera;
-using testing::kUp;
-using testing::Permuted;
-using testing::Photograph;
-using testing::PositionError;
-using testing::Query;
+using namespace object_desk;
+
+auto Locate(const std::vector<ObjectDetection>& detections, const Map& map, Rng& rng) {
+  return RelocalizeByObjects(detections, kCamera, map, {}, std::nullopt, rng);
+}
 
 struct Shares {
   double found = 0, accepted = 0, wrong = 0;
@@ -34,7 +32,7 @@ Shares Measure(const Map& seen, const Map& known, bool with_gravity, int queries
     if (with_gravity) gravity = query.cam_from_world.rotation * Eigen::Vector3d(-9.81 * kUp);
     const auto candidates = RelocalizeByObjects(query.detections, kCamera, known, {}, gravity, rng);
     if (candidates.empty()) continue;
-    const double error = PositionError(candidates[0].cam_from_world, query.cam_from_world);
+    const double error = CenterDistance(candidates[0].cam_from_world, query.cam_from_world);
     shares.found += error < 0.1;
     shares.accepted += candidates[0].IsFound();
     shares.wrong += candidates[0].IsFound() && error > 0.3;
@@ -72,10 +70,10 @@ TEST(RelocalizeByObjects, AFewObjectsOutOfPlaceAreOutvoted) {
   std::vector<double> errors;
   for (int i = 0; i < 40; ++i) {
     const Query query = Photograph(map, rng, 0.05);
-    const auto candidates =
-        RelocalizeByObjects(query.detections, kCamera, disturbed, {}, std::nullopt, rng);
-    errors.push_back(
-        candidates.empty() ? 1 : PositionError(candidates[0].cam_from_world, query.cam_from_world));
+    const auto candidates = Locate(query.detections, disturbed, rng);
+    errors.push_back(candidates.empty()
+                         ? 1
+                         : CenterDistance(candidates[0].cam_from_world, query.cam_from_world));
   }
   std::ranges::sort(errors);
   EXPECT_LT(errors[20], 0.03);
@@ -86,11 +84,11 @@ TEST(RelocalizeByObjects, KnowsHowSureItIs) {
   const Map map = Desk(2);
   Rng rng(3);
   const Query query = Photograph(map, rng, 0);
-  const auto all = RelocalizeByObjects(query.detections, kCamera, map, {}, std::nullopt, rng);
+  const auto all = Locate(query.detections, map, rng);
   ASSERT_FALSE(all.empty());
   EXPECT_TRUE(all[0].IsFound());
   EXPECT_GT(all[0].sigma_position(), 0);
-  EXPECT_LT(PositionError(all[0].cam_from_world, query.cam_from_world),
+  EXPECT_LT(CenterDistance(all[0].cam_from_world, query.cam_from_world),
             5 * all[0].sigma_position());
   for (size_t i = 1; i < all.size(); ++i) {
     EXPECT_FALSE(all[i].IsFound());
@@ -100,8 +98,7 @@ TEST(RelocalizeByObjects, KnowsHowSureItIs) {
     EXPECT_EQ(query.detections[detection].category_id, map.objects.At(object).category_id);
   // Two objects are never enough, however well they fit.
   const std::vector<ObjectDetection> two(query.detections.begin(), query.detections.begin() + 2);
-  for (const auto& candidate : RelocalizeByObjects(two, kCamera, map, {}, std::nullopt, rng))
-    EXPECT_FALSE(candidate.IsFound());
+  for (const auto& candidate : Locate(two, map, rng)) EXPECT_FALSE(candidate.IsFound());
 }
 
 // A third of the labels are those of the next class. The second label tells the right one, by less.
@@ -125,10 +122,10 @@ TEST(RelocalizeByObjects, ConfusedLabelsAreOutweighed) {
       std::ranges::sort(d.shares, {}, &LabelShare::category_id);
     }
     const auto is_found = [&](const std::vector<ObjectDetection>& detections) {
-      const auto all = RelocalizeByObjects(detections, kCamera, map, {}, std::nullopt, rng);
+      const auto all = Locate(detections, map, rng);
       const bool is_accepted = !all.empty() && all[0].IsFound();
       const bool is_right =
-          is_accepted && PositionError(all[0].cam_from_world, query.cam_from_world) < 0.05;
+          is_accepted && CenterDistance(all[0].cam_from_world, query.cam_from_world) < 0.05;
       EXPECT_EQ(is_accepted, is_right);
       return is_right;
     };
@@ -172,7 +169,7 @@ TEST(RelocalizeByObjects, TheSearchGoesOnUntilItsEvidenceSuffices) {
     EXPECT_GE(further[0].objects.score, usual[0].objects.score);
     EXPECT_FALSE(further[0].IsFound());
     const auto same_pose = [](const Relocalization& a, const Relocalization& b) {
-      return PositionError(a.cam_from_world, b.cam_from_world) == 0;
+      return CenterDistance(a.cam_from_world, b.cam_from_world) == 0;
     };
     searched_further += !std::ranges::equal(usual, further, same_pose);
   }
@@ -182,11 +179,11 @@ TEST(RelocalizeByObjects, TheSearchGoesOnUntilItsEvidenceSuffices) {
 TEST(RelocalizeByObjects, NothingToGoBy) {
   const Map map = Desk(3);
   Rng rng(1);
-  EXPECT_TRUE(RelocalizeByObjects({}, kCamera, map, {}, std::nullopt, rng).empty());
+  EXPECT_TRUE(Locate({}, map, rng).empty());
   const std::vector<ObjectDetection> unknown = {{77, 0.9, {10, 10, 90, 90}, 0}};
-  EXPECT_TRUE(RelocalizeByObjects(unknown, kCamera, map, {}, std::nullopt, rng).empty());
+  EXPECT_TRUE(Locate(unknown, map, rng).empty());
   const std::vector<ObjectDetection> one = {{0, 0.9, {100, 100, 160, 160}, 0}};
-  EXPECT_TRUE(RelocalizeByObjects(one, kCamera, Map(), {}, std::nullopt, rng).empty());
+  EXPECT_TRUE(Locate(one, Map(), rng).empty());
 }
 
 TEST(RelocalizeByObjects, WorksWithoutAKnownVertical) {
@@ -215,10 +212,9 @@ TEST(RelocalizeByObjects, OfManyDesksTheOneInViewIsFound) {
   constexpr int kQueries = 5;
   for (int i = 0; i < kQueries; ++i) {
     const Query query = Photograph(Desk(5), rng);
-    const auto candidates =
-        RelocalizeByObjects(query.detections, kCamera, map, {}, std::nullopt, rng);
+    const auto candidates = Locate(query.detections, map, rng);
     if (candidates.empty() || !candidates[0].IsFound()) continue;
-    EXPECT_LT(PositionError(candidates[0].cam_from_world, query.cam_from_world), 0.1) << i;
+    EXPECT_LT(CenterDistance(candidates[0].cam_from_world, query.cam_from_world), 0.1) << i;
     ++found;
   }
   EXPECT_GE(found, kQueries - 1);

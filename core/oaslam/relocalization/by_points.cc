@@ -86,7 +86,7 @@ Relocalization RelocalizeByPoints(const Frame& frame, const Map& map, const Plac
     std::optional<Relocalization> found = FindAtPlace(frame, map, place, appearance, options, rng);
     if (!found) continue;
     Keep(*std::move(found), best);
-    if (best.confidence > kSureConfidence) break;
+    if (best.confidence > kConfidenceThatEndsSearch) break;
   }
   std::ranges::stable_sort(best.candidates, std::ranges::greater{}, &PoseHypothesis::score);
   return best;

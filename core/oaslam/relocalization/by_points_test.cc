@@ -11,23 +11,23 @@ namespace {
 using synthetic::DescribedWorld;
 using synthetic::MakeFrame;
 using synthetic::PlaceWorld;
+using synthetic::PoseOnArc;
 using synthetic::View;
-using synthetic::WorldOptions;
 
-constexpr WorldOptions kWorld = synthetic::kPlaceWorld;
+Relocalization Find(const PlaceWorld& f, const View& view, Rng& rng) {
+  return RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, rng);
+}
 
 TEST(RelocalizeByPoints, FindsViewsBetweenTheKeyframes) {
   const PlaceWorld f;
   for (const double angle : {-25.0, -3.0, 12.0, 27.0}) {
     Rng rng(static_cast<uint64_t>(angle + 100));
-    const Rigid3 truth = synthetic::Disturb(synthetic::PoseOnArc(kWorld, angle), 0.1, 0.05, rng);
+    const Rigid3 truth = synthetic::Disturb(PoseOnArc({}, angle), 0.1, 0.05, rng);
     const View view =
         MakeView(f.world, truth, {.flipped_bits = 30, .missed = 0.3, .clutter = 300}, rng);
-    const Relocalization report =
-        RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, rng);
+    const Relocalization report = Find(f, view, rng);
     ASSERT_TRUE(report.IsFound()) << angle << ": " << report.why_not;
-    EXPECT_LT((report.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.02)
-        << angle;
+    EXPECT_LT(CenterDistance(report.cam_from_world, truth), 0.02) << angle;
     EXPECT_LT(report.sigma_position(), 0.02);
     ASSERT_EQ(report.points.landmarks.size(), view.point_of_keypoint.size());
     int right = 0, inliers = 0;
@@ -44,14 +44,13 @@ TEST(RelocalizeByPoints, FindsViewsBetweenTheKeyframes) {
 
 TEST(RelocalizeByPoints, RefusesAnotherWorld) {
   const PlaceWorld f;
-  WorldOptions other = kWorld;
+  synthetic::WorldOptions other = synthetic::kPlaceWorld;
   other.seed = 77;
   const synthetic::World elsewhere = synthetic::MakeWorld(other);
   for (uint64_t seed = 0; seed < 5; ++seed) {
     Rng rng(seed);
-    const View view = MakeView(elsewhere, synthetic::PoseOnArc(kWorld, 0), {}, rng);
-    const Relocalization report =
-        RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, rng);
+    const View view = MakeView(elsewhere, PoseOnArc({}, 0), {}, rng);
+    const Relocalization report = Find(f, view, rng);
     EXPECT_FALSE(report.IsFound());
     EXPECT_FALSE(report.why_not.empty());
   }
@@ -60,7 +59,7 @@ TEST(RelocalizeByPoints, RefusesAnotherWorld) {
 TEST(RelocalizeByPoints, LeavesOutPlacesSeenFromTheOtherSide) {
   const PlaceWorld f;
   Rng rng(5);
-  const Rigid3 truth = synthetic::PoseOnArc(kWorld, 5);
+  const Rigid3 truth = PoseOnArc({}, 5);
   const Frame frame = MakeFrame(MakeView(f.world, truth, {}, rng));
   const auto found_with = [&](double degrees) {
     const Rigid3 turned =
@@ -77,8 +76,8 @@ TEST(RelocalizeByPoints, LeavesOutPlacesSeenFromTheOtherSide) {
 TEST(RelocalizeByPoints, WhatShouldBeThereAndIsNotCountsAgainstAPose) {
   const PlaceWorld f;
   Rng rng(5);
-  const View view = MakeView(f.world, synthetic::PoseOnArc(kWorld, 5), {}, rng);
-  const Relocalization whole = RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, rng);
+  const View view = MakeView(f.world, PoseOnArc({}, 5), {}, rng);
+  const Relocalization whole = Find(f, view, rng);
   ASSERT_TRUE(whole.IsFound()) << whole.why_not;
   std::vector<uint32_t> kept;
   for (uint32_t k = 0; k < view.features->keypoints.size(); ++k)
@@ -96,7 +95,7 @@ TEST(RelocalizeByPoints, WhatShouldBeThereAndIsNotCountsAgainstAPose) {
 TEST(RelocalizeByPoints, FindsByLearnedDescriptorsWhereOrbFails) {
   for (const bool all_landmarks : {true, false}) {
     DescribedWorld f(all_landmarks);
-    const Rigid3 truth = synthetic::PoseOnArc(kWorld, 7);
+    const Rigid3 truth = PoseOnArc({}, 7);
     const View view = MakeView(f.world, truth, {.flipped_bits = 20, .missed = 0.3}, f.rng);
     Frame frame = MakeFrame(view);
     frame.features = synthetic::KnownByLearned(*view.features, f.rng);
@@ -104,7 +103,7 @@ TEST(RelocalizeByPoints, FindsByLearnedDescriptorsWhereOrbFails) {
     const Relocalization found =
         RelocalizeByPoints(frame, f.mapped.map, f.index, {}, f.rng, Appearance::kLearned);
     ASSERT_TRUE(found.IsFound()) << found.why_not;
-    EXPECT_LT((found.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.02);
+    EXPECT_LT(CenterDistance(found.cam_from_world, truth), 0.02);
   }
 }
 
@@ -112,9 +111,8 @@ TEST(RelocalizeByPoints, AnEmptyMapOrFrameFails) {
   const PlaceWorld f;
   Rng rng(1);
   View nothing = MakeView(f.world, f.world.cam_from_world[0], {.missed = 1, .clutter = 0}, rng);
-  EXPECT_FALSE(RelocalizeByPoints(MakeFrame(nothing), f.mapped.map, f.index, {}, rng).IsFound());
-  Map empty;
-  empty.cameras.push_back(f.world.camera);
+  EXPECT_FALSE(Find(f, nothing, rng).IsFound());
+  const Map empty = synthetic::EmptyMap();
   const View view = MakeView(f.world, f.world.cam_from_world[0], {}, rng);
   EXPECT_FALSE(RelocalizeByPoints(MakeFrame(view), empty, PlaceIndex(empty), {}, rng).IsFound());
 }
@@ -126,7 +124,7 @@ TEST(RelocalizeByPoints, LandmarksErasedSinceAreSkipped) {
   f.mapped.map.RetireKeyframe(KeyframeId(3));
   Rng rng(2);
   const View view = MakeView(f.world, f.world.cam_from_world[3], {}, rng);
-  EXPECT_TRUE(RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, rng).IsFound());
+  EXPECT_TRUE(Find(f, view, rng).IsFound());
 }
 
 // The world seen through another lens: the image's camera is not the map's.
@@ -137,25 +135,24 @@ TEST(RelocalizeByPointsAndFocal, FindsTheFocalLengthOfASingleImage) {
     seen.camera.fx = seen.camera.fy = focal;
     for (const double angle : {-20.0, 8.0}) {
       Rng rng(static_cast<uint64_t>(angle + focal));
-      const Rigid3 truth = synthetic::Disturb(synthetic::PoseOnArc(kWorld, angle), 0.1, 0.05, rng);
+      const Rigid3 truth = synthetic::Disturb(PoseOnArc({}, angle), 0.1, 0.05, rng);
       const View view = MakeView(seen, truth, {.flipped_bits = 20, .clutter = 200}, rng);
       const Relocalization found =
           RelocalizeByPointsAndFocal(MakeFrame(view), f.mapped.map, f.index, {}, rng);
       ASSERT_TRUE(found.IsFound()) << focal << ' ' << angle << ": " << found.why_not;
       EXPECT_NEAR(found.camera->fx / focal, 1, 0.02) << angle;
       EXPECT_LT(found.focal_sigma, 0.01);
-      EXPECT_LT((found.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.06)
-          << focal;
+      EXPECT_LT(CenterDistance(found.cam_from_world, truth), 0.06) << focal;
     }
   }
 }
 
 TEST(RelocalizeByPointsAndFocal, RefusesAnotherWorld) {
   const PlaceWorld f;
-  WorldOptions other = kWorld;
+  synthetic::WorldOptions other = synthetic::kPlaceWorld;
   other.seed = 78;
   Rng rng(1);
-  const View view = MakeView(synthetic::MakeWorld(other), synthetic::PoseOnArc(kWorld, 0), {}, rng);
+  const View view = MakeView(synthetic::MakeWorld(other), PoseOnArc({}, 0), {}, rng);
   EXPECT_FALSE(
       RelocalizeByPointsAndFocal(MakeFrame(view), f.mapped.map, f.index, {}, rng).IsFound());
 }

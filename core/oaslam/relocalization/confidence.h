@@ -5,7 +5,7 @@
 namespace oaslam {
 
 // Where a pose has at least this confidence, the search for other hypotheses ends.
-constexpr double kSureConfidence = 0.998;
+constexpr double kConfidenceThatEndsSearch = 0.998;
 
 // The probability, in [0, 1], that a best hypothesis with this evidence is right: within 0.5 m and
 // 30 degrees of the truth on table tops seen from 1 to 3 m, which excludes another place and the

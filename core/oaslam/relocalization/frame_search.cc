@@ -192,7 +192,8 @@ std::optional<Relocalization> FrameSearch::BySureObjects(const Frame& frame) {
   if (!tools_.places || tools_.mode == RelocalizationMode::kPoints || IsAsInPaper())
     return std::nullopt;
   const std::vector<Relocalization>& poses = PosesByObjects(frame);
-  if (poses.empty() || !poses.front().IsFound() || poses.front().confidence < kSureConfidence)
+  if (poses.empty() || !poses.front().IsFound() ||
+      poses.front().confidence < kConfidenceThatEndsSearch)
     return std::nullopt;
   return ByObjects(frame);
 }

@@ -23,7 +23,6 @@ struct SearchTools {
   ObjectTrails* trails = nullptr;  // as for Relocalizer::Find
 };
 
-// The search for one frame in a map.
 class FrameSearch {
  public:
   FrameSearch(const SearchTools& tools, const Map& map) : tools_(tools), map_(map) {}

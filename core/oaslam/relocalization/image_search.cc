@@ -1,7 +1,6 @@
 #include "oaslam/relocalization/image_search.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "oaslam/error.h"
 #include "oaslam/map/camera_replacement.h"

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <memory>
-
 #include "oaslam/map/map.h"
 #include "oaslam/matching/place_index.h"
 

@@ -16,7 +16,7 @@
 namespace oaslam {
 namespace {
 
-const Camera kWorldCamera = synthetic::World().camera;
+const Camera& kWorldCamera = synthetic::kCamera;
 
 // A camera before a wall with a random pattern, which fills the plane z = 0. It sees it at an
 // angle: from straight ahead the place of the camera would be uncertain.
@@ -94,22 +94,15 @@ SavedMap MapOfWall() {
                  first.features->descriptors[i]);
       if (same >= 0) seen.push_back({KeyframeId(k), static_cast<uint32_t>(same)});
     }
-    if (seen.size() < 2) continue;
-    const LandmarkId id = map.AddLandmark(position, KeyframeId(0));
-    for (const Observation& o : seen) map.AddObservation(id, o.keyframe, o.keypoint);
-    map.UpdateLandmark(id);
+    if (seen.size() >= 2) synthetic::AddLandmark(map, position, seen);
   }
   for (uint32_t k = 0; k < 3; ++k) map.UpdateCovisibility(KeyframeId(k));
   Rng rng(4);
-  for (uint32_t i = 0; i < 10; ++i) {
-    Object object;
-    object.category_id = static_cast<int>(i);
-    object.state = ObjectState::kMapped;
-    object.ellipsoid = {{rng.Uniform(-0.8, 0.8), rng.Uniform(-0.6, 0.6), rng.Uniform(-0.4, 0)},
-                        {0.05 + 0.01 * i, 0.08, 0.1},
-                        Eigen::Quaterniond::Identity()};
-    object.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 0.01, 0.01, 0.01, 0.1;
-    map.objects.Insert(ObjectId(i), object);
+  for (int i = 0; i < 10; ++i) {
+    const Eigen::Vector3d center{rng.Uniform(-0.8, 0.8), rng.Uniform(-0.6, 0.6),
+                                 rng.Uniform(-0.4, 0)};
+    synthetic::AddObject(
+        map, WellMappedObject(synthetic::Upright(i, center, {0.05 + 0.01 * i, 0.08, 0.1})));
   }
   return saved;
 }
@@ -120,7 +113,7 @@ SavedMap KnownByLearned(SavedMap saved) {
   for (const KeyframeId id : saved.map.keyframes.Ids()) {
     Keyframe& keyframe = saved.map.keyframes.MutableAt(id);
     const cv::Mat image = ImageOfWall(keyframe.cam_from_world.Inverse());
-    Features features = Described(*keyframe.features, kWorldCamera, ViewOf(image));
+    Features features = DescribeFeatures(*keyframe.features, kWorldCamera, ViewOf(image));
     for (Descriptor& descriptor : features.descriptors)
       descriptor = synthetic::RandomDescriptor(rng);
     keyframe.learned_depths.resize(features.keypoints.size());
@@ -130,14 +123,10 @@ SavedMap KnownByLearned(SavedMap saved) {
 }
 
 std::vector<Detection> DetectionsOf(const Map& map, const Rigid3& world_from_cam) {
-  std::vector<synthetic::TrueObject> objects;
-  map.objects.ForEach([&](ObjectId, const Object& o) {
-    objects.push_back({o.category_id, o.ellipsoid});
-  });
   Rng rng(1);
   std::vector<Detection> detections;
-  for (const ObjectDetection& d :
-       synthetic::Detect(objects, world_from_cam.Inverse(), kWorldCamera, {}, rng))
+  for (const ObjectDetection& d : synthetic::Detect(
+           synthetic::ObjectsOf(map), world_from_cam.Inverse(), kWorldCamera, {}, rng))
     detections.push_back({.category_id = d.category_id, .score = d.score, .box = d.box});
   return detections;
 }

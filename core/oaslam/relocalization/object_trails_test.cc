@@ -4,18 +4,13 @@
 
 #include <cmath>
 
-#include "oaslam/util/rng.h"
+#include "oaslam/relocalization/by_objects.h"
 #include "object_desk.h"
 
 namespace oaslam {
 namespace {
 
-using testing::Desk;
-using testing::Detect;
-using testing::kCamera;
-using testing::kUp;
-using testing::Permuted;
-using testing::PositionError;
+using namespace object_desk;
 
 constexpr double kInterval = 1.0 / 30;  // seconds
 constexpr double kManyMissed = 0.7;     // share of the objects that a poor detector misses
@@ -23,8 +18,8 @@ constexpr double kManyMissed = 0.7;     // share of the objects that a poor dete
 // A camera that is carried around the desk.
 Rigid3 PoseAt(double seconds, double start) {
   const double angle = start + 0.5 * seconds;
-  return testing::LookAt({1.8 * std::cos(angle), 1.8 * std::sin(angle), 0.9 + 0.1 * seconds},
-                         {0.1 * seconds, 0, 0});
+  return object_desk::LookAt({1.8 * std::cos(angle), 1.8 * std::sin(angle), 0.9 + 0.1 * seconds},
+                             {0.1 * seconds, 0, 0});
 }
 
 struct Walk {
@@ -47,7 +42,7 @@ Walk Follow(const Map& seen, const Map& known, double start, bool with_gravity =
     const auto found = trails.Follow(time, detections, kCamera, known, {}, gravity, search);
     if (found.empty() || !found[0].IsFound()) continue;
     ++walk.accepted;
-    walk.wrong += PositionError(found[0].cam_from_world, pose) > 0.3;
+    walk.wrong += CenterDistance(found[0].cam_from_world, pose) > 0.3;
   }
   return walk;
 }
@@ -88,7 +83,7 @@ TEST(ObjectTrails, TheFirstImageIsJudgedByItself) {
   EXPECT_EQ(found[0].IsFound(), alone[0].IsFound());
   EXPECT_DOUBLE_EQ(found[0].objects.score, alone[0].objects.score);
   EXPECT_DOUBLE_EQ(found[0].objects.margin, alone[0].objects.margin);
-  EXPECT_EQ(PositionError(found[0].cam_from_world, alone[0].cam_from_world), 0);
+  EXPECT_EQ(CenterDistance(found[0].cam_from_world, alone[0].cam_from_world), 0);
 }
 
 TEST(ObjectTrails, ImagesOfLongAgoAreForgotten) {

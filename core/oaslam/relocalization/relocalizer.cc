@@ -18,7 +18,7 @@ std::optional<Frame> WithLearned(const Frame& frame, const PlaceIndex* places) {
   Frame described = frame;
   if (frame.image)
     described.features = std::make_shared<const Features>(
-        Described(*frame.features, *frame.camera, frame.image->view()));
+        DescribeFeatures(*frame.features, *frame.camera, frame.image->view()));
   return described;
 }
 

@@ -11,14 +11,9 @@
 namespace oaslam {
 namespace {
 
-double CentreDistance(const Rigid3& a, const Rigid3& b) {
-  return (a.OriginInSource() - b.OriginInSource()).norm();
-}
-
 Frame FrameOf(const synthetic::World& world, const Rigid3& cam_from_world) {
   Rng rng(11);
-  const synthetic::View view = synthetic::MakeView(world, cam_from_world, {}, rng);
-  return {0, 0, view.camera, view.features, {}};
+  return MakeFrame(synthetic::MakeView(world, cam_from_world, {}, rng));
 }
 
 Relocalization FindByPoints(Relocalizer& relocalizer, const Frame& frame, const Map& map) {
@@ -29,39 +24,24 @@ Relocalization FindByPoints(Relocalizer& relocalizer, const Frame& frame, const 
 // A map with objects of different classes on a table.
 Map MappedTable() {
   Rng rng(4);
-  Map map;
-  map.cameras = {synthetic::World().camera};
+  Map map = synthetic::EmptyMap();
   map.up = Eigen::Vector3d::UnitZ();
-  auto no_features = std::make_shared<Features>();
-  no_features->bounds = IdealImageBounds(map.cameras[0]);
-  for (uint32_t k = 0; k < 10; ++k) {
-    Keyframe keyframe;
-    keyframe.features = no_features;
-    keyframe.cam_from_world = synthetic::OnCircle(0.1 * k);
-    map.keyframes.Insert(KeyframeId(k), keyframe);
-  }
-  for (uint32_t i = 0; i < 10; ++i) {
-    Object object;
-    object.category_id = static_cast<int>(i);
-    object.state = ObjectState::kMapped;
-    object.ellipsoid = {{rng.Uniform(-0.6, 0.6), rng.Uniform(-0.5, 0.5), 0.1},
-                        {0.05 + 0.01 * i, 0.08, 0.1},
-                        Eigen::Quaterniond::Identity()};
-    object.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 0.01, 0.01, 0.01, 0.1;
-    map.objects.Insert(ObjectId(i), object);
+  for (uint32_t k = 0; k < 10; ++k)
+    map.keyframes.Insert(KeyframeId(k), synthetic::BlankKeyframe(synthetic::OnCircle(0.1 * k)));
+  for (int i = 0; i < 10; ++i) {
+    const Eigen::Vector3d center{rng.Uniform(-0.6, 0.6), rng.Uniform(-0.5, 0.5), 0.1};
+    synthetic::AddObject(
+        map, WellMappedObject(synthetic::Upright(i, center, {0.05 + 0.01 * i, 0.08, 0.1})));
   }
   return map;
 }
 
 Frame FrameOfObjects(const Map& map, const Rigid3& cam_from_world, uint64_t seed) {
-  std::vector<synthetic::TrueObject> objects;
-  map.objects.ForEach([&](ObjectId, const Object& o) {
-    objects.push_back({o.category_id, o.ellipsoid});
-  });
   Rng rng(seed);
   Frame frame;
   frame.camera = std::make_shared<const Camera>(map.cameras[0]);
-  frame.detections = synthetic::Detect(objects, cam_from_world, map.cameras[0], {}, rng);
+  frame.detections =
+      synthetic::Detect(synthetic::ObjectsOf(map), cam_from_world, map.cameras[0], {}, rng);
   return frame;
 }
 
@@ -71,17 +51,16 @@ TEST(Relocalizer, IsNotMisledByAnotherMapOfTheSameVersion) {
                          there = synthetic::MakeWorld({.seed = 2});
   const Map map_here = synthetic::MakeMap(here, {}).map,
             map_there = synthetic::MakeMap(there, {}).map;
-  Map empty;
-  empty.cameras = map_here.cameras;
   ASSERT_EQ(map_here.version, map_there.version);
   const Rigid3 pose = synthetic::PoseOnArc({}, 3);
   Relocalizer relocalizer{SlamConfig::Offline()};
-  EXPECT_EQ(FindByPoints(relocalizer, FrameOf(here, pose), empty).evidence, PoseEvidence::kNone);
+  EXPECT_EQ(FindByPoints(relocalizer, FrameOf(here, pose), synthetic::EmptyMap()).evidence,
+            PoseEvidence::kNone);
   EXPECT_EQ(FindByPoints(relocalizer, FrameOf(here, pose), map_here).evidence,
             PoseEvidence::kPoints);
   const Relocalization found = FindByPoints(relocalizer, FrameOf(there, pose), map_there);
   ASSERT_EQ(found.evidence, PoseEvidence::kPoints) << found.why_not;
-  EXPECT_LT(CentreDistance(found.cam_from_world, pose), 0.05);
+  EXPECT_LT(CenterDistance(found.cam_from_world, pose), 0.05);
   EXPECT_EQ(FindByPoints(relocalizer, FrameOf(there, pose), map_here).evidence,
             PoseEvidence::kNone);
 }
@@ -128,15 +107,9 @@ TEST(Relocalizer, SureObjectsComeFirstAndPointsConfirmThem) {
   const synthetic::World world = synthetic::MakeWorld({.seed = 1}),
                          other = synthetic::MakeWorld({.seed = 2});
   Map map = synthetic::MakeMap(world, {}).map;
-  for (uint32_t i = 0; i < 10; ++i) {
-    Object object;
-    object.category_id = static_cast<int>(i);
-    object.state = ObjectState::kMapped;
-    object.ellipsoid = {
-        world.points[20 * i], {0.1 + 0.02 * i, 0.2, 0.15}, Eigen::Quaterniond::Identity()};
-    object.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 0.01, 0.01, 0.01, 0.1;
-    map.objects.Insert(ObjectId(i), object);
-  }
+  for (int i = 0; i < 10; ++i)
+    synthetic::AddObject(map, WellMappedObject(synthetic::Upright(i, world.points[20 * i],
+                                                                  {0.1 + 0.02 * i, 0.2, 0.15})));
   const Rigid3 pose = synthetic::PoseOnArc({}, 3);
   const auto find = [&](const synthetic::World& points, bool with_objects, ObjectMethod method,
                         int keypoints = INT_MAX) {
@@ -154,7 +127,7 @@ TEST(Relocalizer, SureObjectsComeFirstAndPointsConfirmThem) {
   };
   const Relocalization both = find(world, true, ObjectMethod::kRobust);
   EXPECT_EQ(both.evidence, PoseEvidence::kPointsAndObjects) << both.why_not;
-  EXPECT_LT(CentreDistance(both.cam_from_world, pose), 0.02);
+  EXPECT_LT(CenterDistance(both.cam_from_world, pose), 0.02);
   EXPECT_EQ(both.candidates_are_by, PoseEvidence::kObjects);
   EXPECT_FALSE(both.objects.matched.empty());
   // In a room that is arranged alike, points that should be there are not; a blurred image has few.
@@ -206,7 +179,7 @@ TEST(Relocalizer, TheAcceptedPoseLeadsWithAScoreOfItsOwn) {
               found.cam_from_world.translation);
     for (size_t i = 1; i < found.candidates.size(); ++i) {
       EXPECT_LE(found.candidates[i].score, found.objects.score);
-      EXPECT_GT(CentreDistance(found.candidates[i].cam_from_world, found.cam_from_world), 0);
+      EXPECT_GT(CenterDistance(found.candidates[i].cam_from_world, found.cam_from_world), 0);
     }
   }
   EXPECT_GT(accepted, 5);

@@ -81,7 +81,6 @@ void CheckSubmaps(const SavedMap& saved) {
   }
 }
 
-// A database in memory with the content of a file.
 SQLite::Database InMemory(std::span<const std::byte> content) {
   SQLite::Database database(":memory:", SQLite::OPEN_READWRITE | SQLite::OPEN_NOMUTEX);
   auto* copy = static_cast<unsigned char*>(sqlite3_malloc64(content.size()));

@@ -196,7 +196,6 @@ void WriteSubmap(SQLite::Database& database, Checksum& checksum, uint32_t number
   rows.Write(number, BytesOf(content.get(), static_cast<size_t>(size)));
 }
 
-// Writes the parts of a map, and returns the list of them.
 std::vector<MapPart> WriteParts(const SavedMap& saved, SQLite::Database& database) {
   const Map& map = saved.map;
   std::vector<MapPart> parts;

@@ -287,7 +287,6 @@ void LinkKeyframes(Map& map) {
   });
 }
 
-// The object that a row is about.
 Object& ObjectOf(RowReader& row, Map& map) {
   Object* object = map.objects.Mutable(row.RequiredId<ObjectId>());
   if (!object) row.Refuse("no such object");

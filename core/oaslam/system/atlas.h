@@ -109,7 +109,6 @@ class Atlas {
   std::vector<Submap> Others();
 
  private:
-  // The submap that grows.
   struct Growth {
     AtlasSubmap* submap;
     std::optional<double> lost_since{}, found_since{};  // time stamps: here; in the main one

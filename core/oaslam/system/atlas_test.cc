@@ -22,28 +22,13 @@ enum class Scene { kLeft, kRight, kAll, kNothing };
 // Two scenes in one place that share no point, as if each were hidden while the other is seen.
 class AtlasTest : public testing::Test {
  protected:
-  AtlasTest() {
-    for (size_t i = 0; i < all_.points.size(); ++i) {
-      synthetic::World& half = i % 2 == 0 ? left_ : right_;
-      half.points.push_back(all_.points[i]);
-      half.descriptors.push_back(all_.descriptors[i]);
-      half.max_distance.push_back(all_.max_distance[i]);
-      half.angles_rad.push_back(all_.angles_rad[i]);
-    }
-    map_.cameras.push_back(all_.camera);
-  }
-
   // Frame `index` of a video, taken from the place on the arc of frame `place`.
   Frame View(int index, int place, Scene scene) {
-    const synthetic::World& world = scene == Scene::kLeft    ? left_
-                                    : scene == Scene::kRight ? right_
+    const synthetic::World& world = scene == Scene::kLeft    ? halves_[0]
+                                    : scene == Scene::kRight ? halves_[1]
                                                              : all_;
     const double missed = scene == Scene::kNothing ? 1 : 0.1;
-    return {index,
-            index / 30.0,
-            std::make_shared<const Camera>(world.camera),
-            synthetic::MakeView(world, TruePose(place), {.missed = missed}, rng_).features,
-            {}};
+    return MakeFrame(synthetic::MakeView(world, TruePose(place), {.missed = missed}, rng_), index);
   }
 
   // Images of a walk with an odometry, which a submap needs to begin.
@@ -64,23 +49,14 @@ class AtlasTest : public testing::Test {
     }
   }
 
-  // RMSE of camera centres against the arc after the best similarity (Umeyama 1991), in units of
-  // the world.
+  // RMSE of camera centres against the arc, in units of the world.
   double AbsoluteError(const Map& map, const std::vector<FramePose>& trajectory) const {
-    const auto n = static_cast<Eigen::Index>(trajectory.size());
-    Eigen::Matrix3Xd estimate(3, n), truth(3, n);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const FramePose& pose = trajectory[static_cast<size_t>(i)];
-      estimate.col(i) =
-          (pose.cam_from_reference * *map.ResolvePose(pose.reference)).OriginInSource();
-      truth.col(i) = TruePose(places_[static_cast<size_t>(pose.frame_index)]).OriginInSource();
+    std::vector<Rigid3> poses, truth;
+    for (const FramePose& pose : trajectory) {
+      poses.push_back(pose.cam_from_reference * *map.ResolvePose(pose.reference));
+      truth.push_back(TruePose(places_[static_cast<size_t>(pose.frame_index)]));
     }
-    const Eigen::Matrix4d sim = Eigen::umeyama(estimate, truth, true);
-    return std::sqrt(
-        ((sim.topLeftCorner<3, 3>() * estimate).colwise() + sim.topRightCorner<3, 1>() - truth)
-            .colwise()
-            .squaredNorm()
-            .mean());
+    return CenterErrorsOf(poses, truth, true).rms;
   }
 
   static std::set<int> FramesOf(const std::vector<FramePose>& trajectory) {
@@ -97,18 +73,11 @@ class AtlasTest : public testing::Test {
     return atlas;
   }
 
-  synthetic::World all_ = synthetic::MakeWorld({.points = 1200}), left_ = EmptyWorld(),
-                   right_ = EmptyWorld();
-  Map map_;
+  const synthetic::World all_ = synthetic::MakeWorld({.points = 1200});
+  const std::array<synthetic::World, 2> halves_ = HalvesOf(all_);
+  const Map map_ = synthetic::EmptyMap();
   Rng rng_{7};
   std::vector<int> places_;  // by frame
-
- private:
-  synthetic::World EmptyWorld() const {
-    synthetic::World world;
-    world.camera = all_.camera;
-    return world;
-  }
 };
 
 TEST_F(AtlasTest, WhatCannotBeJoinedIsKept) {

@@ -1,10 +1,9 @@
 #include <gtest/gtest.h>
 
-#include <deque>
-
 #include "matchers.h"
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/system/session.h"
+#include "offline_config.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
@@ -35,8 +34,7 @@ class LateDetections : public testing::Test {
   }
 
   static SlamConfig Config() {
-    SlamConfig config = SlamConfig::Offline();
-    config.runner.mode = RunnerMode::kSequential;
+    SlamConfig config = OfflineIn();
     config.objects.min_observations = 20;
     config.objects.min_parallax_deg = 5;
     return config;
@@ -48,12 +46,8 @@ class LateDetections : public testing::Test {
     Rng rng(7);
     for (int i = 0; i < count; ++i) {
       const bool blind = i >= first_blind;
-      Frame frame{
-          i,
-          i / 30.0,
-          std::make_shared<const Camera>(world_.camera),
-          synthetic::MakeView(world_, TruePose(i), {.missed = blind ? 1.0 : 0.1}, rng).features,
-          {}};
+      Frame frame = MakeFrame(
+          synthetic::MakeView(world_, TruePose(i), {.missed = blind ? 1.0 : 0.1}, rng), i);
       constexpr int kBeginning = 30;  // frames with which the map begins
       if (i < kBeginning) frame.motion = synthetic::TrueMotion(i, TruePose(i));
       frame.detections_follow = lag > 0;
@@ -70,17 +64,7 @@ class LateDetections : public testing::Test {
     return {.next_keyframe = &next_keyframe_, .next_object = &next_object_};
   }
 
-  static Map NewMap(const Camera& camera) {
-    Map map;
-    map.cameras.push_back(camera);
-    return map;
-  }
-
-  synthetic::World world_ = [] {
-    synthetic::World world = synthetic::MakeWorld({});
-    for (double& d : world.max_distance) d = std::min(d, 3.6);
-    return world;
-  }();
+  const synthetic::World world_ = synthetic::MakeWorld({.farthest = 3.6});
   std::vector<Ellipsoid> things_ = Things();
   std::vector<TrackingState> states_;
   int seen_ = 0;
@@ -88,8 +72,8 @@ class LateDetections : public testing::Test {
 };
 
 TEST_F(LateDetections, MapTheObjectsOfDetectionsThatComeAtOnce) {
-  Session at_once(Config(), NewMap(world_.camera), false),
-      late(Config(), NewMap(world_.camera), false);
+  Session at_once(Config(), synthetic::EmptyMap(), false),
+      late(Config(), synthetic::EmptyMap(), false);
   Walk(at_once, kBlind, 0, 2);
   Walk(late, kBlind, 9, 2);
   at_once.Finish(MapUse::kExtend);
@@ -113,7 +97,7 @@ TEST_F(LateDetections, MapTheObjectsOfDetectionsThatComeAtOnce) {
 }
 
 TEST_F(LateDetections, CountForTheFrameTheyAreOfOrNotAtAll) {
-  Session session(Config(), NewMap(world_.camera), false);
+  Session session(Config(), synthetic::EmptyMap(), false);
   Walk(session, 60, 5, 1);
   EXPECT_FALSE(session.AddDetections(54, Detect(54), Context()));  // has had its detections
   EXPECT_FALSE(session.AddDetections(2, Detect(2), Context()));    // passed over
@@ -124,7 +108,7 @@ TEST_F(LateDetections, CountForTheFrameTheyAreOfOrNotAtAll) {
 
 TEST_F(LateDetections, CountForTheLast120FramesOnly) {
   constexpr int kFrames = 160;
-  Session session(Config(), NewMap(world_.camera), false);
+  Session session(Config(), synthetic::EmptyMap(), false);
   Walk(session, kFrames, kFrames, 1, kFrames);  // no detections arrive meanwhile
   EXPECT_EQ(states_[kFrames - 121], TrackingState::kTracking);
   EXPECT_FALSE(session.AddDetections(kFrames - 121, Detect(kFrames - 121), Context()));
@@ -132,7 +116,7 @@ TEST_F(LateDetections, CountForTheLast120FramesOnly) {
 }
 
 TEST_F(LateDetections, FindALostCameraByObjects) {
-  Session session(Config(), NewMap(world_.camera), false);
+  Session session(Config(), synthetic::EmptyMap(), false);
   Walk(session, kBlind + 5, 3, 1);
   EXPECT_EQ(states_.back(), TrackingState::kLost);
   const auto found = session.AddDetections(kBlind + 3, Detect(kBlind + 3), Context());
@@ -141,18 +125,17 @@ TEST_F(LateDetections, FindALostCameraByObjects) {
   ASSERT_TRUE(found->located);
   // The distance from a tracked frame, in units of the distance from frame 40 to that frame, so
   // that it does not depend on the map's unit.
-  const auto center = [&](int frame) {
+  const auto pose_of = [&](int frame) {
     for (const FramePose& pose : session.tracker().trajectory())
       if (pose.frame_index == frame)
-        return (pose.cam_from_reference * *session.snapshot()->ResolvePose(pose.reference))
-            .OriginInSource();
-    return Eigen::Vector3d(1e9, 0, 0);
+        return pose.cam_from_reference * *session.snapshot()->ResolvePose(pose.reference);
+    ADD_FAILURE() << "frame " << frame << " has no pose";
+    return Rigid3();
   };
-  const double found_ratio = (found->located->cam_from_world.OriginInSource() - center(90)).norm() /
-                             (center(90) - center(40)).norm();
-  const double true_ratio =
-      (TruePose(kBlind + 3).OriginInSource() - TruePose(90).OriginInSource()).norm() /
-      (TruePose(90).OriginInSource() - TruePose(40).OriginInSource()).norm();
+  const double found_ratio = CenterDistance(found->located->cam_from_world, pose_of(90)) /
+                             CenterDistance(pose_of(90), pose_of(40));
+  const double true_ratio = CenterDistance(TruePose(kBlind + 3), TruePose(90)) /
+                            CenterDistance(TruePose(90), TruePose(40));
   EXPECT_NEAR(found_ratio, true_ratio, 0.1);
 }
 

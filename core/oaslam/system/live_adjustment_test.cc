@@ -8,6 +8,7 @@
 #include "oaslam/map/next_ids.h"
 #include "oaslam/map/renumbering.h"
 #include "oaslam/mapping/mapper.h"
+#include "offline_config.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
@@ -23,9 +24,7 @@ class AdjustmentTest : public testing::Test {
   AdjustmentTest() : map_(synthetic::MakeMap(synthetic::MakeWorld({}), {}).map) {}
 
   Mapper MapperOf(RunnerMode mode) {
-    SlamConfig config = SlamConfig::Offline();
-    config.runner.mode = mode;
-    return Mapper(config, map_,
+    return Mapper(OfflineIn(mode), map_,
                   [this](const Map& map, const std::vector<KeyframeId>&, int, const BundleConfig&,
                          const std::stop_token&) {
                     ++begun_;
@@ -68,9 +67,8 @@ class AdjustmentTest : public testing::Test {
 
   // How far a keyframe has moved.
   static double Moved(const Map& before, const Map& now, KeyframeId id) {
-    return (now.keyframes.At(id).cam_from_world.OriginInSource() -
-            before.keyframes.At(id).cam_from_world.OriginInSource())
-        .norm();
+    return CenterDistance(now.keyframes.At(id).cam_from_world,
+                          before.keyframes.At(id).cam_from_world);
   }
 
   static BundleCorrection MotionOf(const Map& map) {

@@ -78,7 +78,7 @@ Placement PlaceIn(const Submap& submap, const Map& world, RelocalizationMode mod
   return placement;
 }
 
-std::string Described(const Placement& placement, const char* mapped, const char* in) {
+std::string EvidenceOf(const Placement& placement, const char* mapped, const char* in) {
   const SubmapAlignment& alignment = *placement.alignment;
   return fmt::format(
       "{} of {} keyframes of the {} map are found in the {} ({} by points and {} by objects agree, "
@@ -98,10 +98,10 @@ Relation Relate(const Submap& first, const Submap& second, RelocalizationMode mo
                 const SlamConfig& config) {
   const Placement there = PlaceIn(second, first.map, mode, config);
   if (there.alignment)
-    return {there.alignment->other_from_this, Described(there, "second", "first")};
+    return {there.alignment->other_from_this, EvidenceOf(there, "second", "first")};
   const Placement here = PlaceIn(first, second.map, mode, config);
   if (here.alignment)
-    return {here.alignment->other_from_this.Inverse(), Described(here, "first", "second")};
+    return {here.alignment->other_from_this.Inverse(), EvidenceOf(here, "first", "second")};
   return {std::nullopt,
           fmt::format("{} of {} keyframes of the second map are found in the first, {} of {} of "
                       "the first in the second, and these do not agree on one transformation",

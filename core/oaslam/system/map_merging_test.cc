@@ -31,22 +31,6 @@ SavedMap MapOf(synthetic::World world, double first_deg, double last_deg,
   return saved;
 }
 
-double WorstCenter(const Map& map, const std::vector<Eigen::Vector3d>& truth) {
-  const auto n = static_cast<Eigen::Index>(truth.size());
-  Eigen::Matrix3Xd estimate(3, n), expected(3, n);
-  Eigen::Index i = 0;
-  map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
-    estimate.col(i) = keyframe.cam_from_world.OriginInSource();
-    expected.col(i) = truth[static_cast<size_t>(i)];
-    ++i;
-  });
-  const Eigen::Matrix4d sim = Eigen::umeyama(estimate, expected, true);
-  return ((sim.topLeftCorner<3, 3>() * estimate).colwise() + sim.topRightCorner<3, 1>() - expected)
-      .colwise()
-      .norm()
-      .maxCoeff();
-}
-
 class MapMergingTest : public testing::Test {
  protected:
   const synthetic::World room_ = synthetic::MakeWorld({.points = 800, .seed = 1});
@@ -64,11 +48,10 @@ TEST_F(MapMergingTest, TwoMapsOfOneRoomBecomeOne) {
   const Map& map = merging.merged->map;
   EXPECT_THAT(map.CheckInvariants(), IsEmpty());
   ASSERT_EQ(map.keyframes.size(), 20U);
-  std::vector<Eigen::Vector3d> truth;
+  std::vector<Rigid3> truth;
   for (const double first : {-30, -5})
-    for (int k = 0; k < 10; ++k)
-      truth.push_back(synthetic::PoseOnArc({}, first + 35.0 * k / 9).OriginInSource());
-  EXPECT_LT(WorstCenter(map, truth), 0.01);
+    for (int k = 0; k < 10; ++k) truth.push_back(synthetic::PoseOnArc({}, first + 35.0 * k / 9));
+  EXPECT_LT(CenterErrorsOf(synthetic::KeyframePoses(map), truth, true).worst, 0.01);
   // Landmarks of both are one, where keyframes of both see them.
   EXPECT_LT(10 * map.landmarks.size(), 9 * (a_.map.landmarks.size() + b_.map.landmarks.size()));
   std::set<int> frames;
@@ -93,13 +76,10 @@ TEST_F(MapMergingTest, TheMetreOfEitherIsTheUnit) {
   ASSERT_TRUE(merging.merged);
   const Map& map = merging.merged->map;
   EXPECT_TRUE(map.is_metric);
-  const auto center = [&](uint32_t id) {
-    return map.keyframes.At(KeyframeId(id)).cam_from_world.OriginInSource();
-  };
-  const double true_way = (synthetic::PoseOnArc({}, -30).OriginInSource() -
-                           synthetic::PoseOnArc({}, 5).OriginInSource())
-                              .norm();
-  EXPECT_NEAR((center(0) - center(9)).norm(), 2.5 * true_way, 0.02 * 2.5 * true_way);
+  const std::vector<Rigid3> poses = synthetic::KeyframePoses(map);
+  const double true_way =
+      CenterDistance(synthetic::PoseOnArc({}, -30), synthetic::PoseOnArc({}, 5));
+  EXPECT_NEAR(CenterDistance(poses[0], poses[9]), 2.5 * true_way, 0.02 * 2.5 * true_way);
 }
 
 TEST_F(MapMergingTest, TheMetreThatIsKnownBestIsTheUnit) {

@@ -120,11 +120,6 @@ std::shared_ptr<const Map> MapPipeline::Mapped() {
   return published_.back().map;
 }
 
-size_t MapPipeline::QueueLength() {
-  const std::scoped_lock lock(mutex_);
-  return queue_.size();
-}
-
 std::shared_ptr<const Map> MapPipeline::Finish() {
   Newest();
   // The mapping thread is idle: nothing is queued, and only this thread submits.

@@ -31,7 +31,6 @@ class MapPipeline {
   // from now on contains an urgent command.
   void Submit(MapCommand command);
 
-  // The snapshot for the tracker of a frame.
   std::shared_ptr<const Map> SnapshotFor(int frame_index);
 
   // The exception that ended the mapping; null while it works.
@@ -43,8 +42,6 @@ class MapPipeline {
   std::shared_ptr<const Map> Newest();
   // As Newest, but for another reader: does not change which snapshots the tracker gets.
   std::shared_ptr<const Map> Mapped();
-
-  size_t QueueLength();
 
  private:
   struct Published {

@@ -4,6 +4,7 @@
 
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/system/atlas.h"
+#include "offline_config.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
@@ -33,20 +34,15 @@ struct Walked {
 // A camera on an arc whose images are empty for a while; the odometry goes on.
 Walked Follow(const Walk& walk) {
   const synthetic::World world = synthetic::MakeWorld({});
-  Map empty;
-  empty.cameras.push_back(world.camera);
-  SlamConfig config = SlamConfig::Offline();
-  config.runner.mode = RunnerMode::kSequential;
-  Atlas atlas(config, empty, false, {});
+  Atlas atlas(OfflineIn(), synthetic::EmptyMap(), false, {});
   Walked walked;
   Rng rng(7);
   const Rigid3 first = synthetic::PoseOnArc({}, -20);
   for (int i = 0; i < walk.frames; ++i) {
     const Rigid3 pose = synthetic::PoseOnArc({}, -20 + 0.4 * i);
-    Frame frame{i, i / 30.0, std::make_shared<const Camera>(world.camera), {}, {}};
     const bool is_blind = i >= walk.blind_from && i < walk.blind_to;
-    frame.features =
-        synthetic::MakeView(world, pose, {.missed = is_blind ? 1.0 : 0.1}, rng).features;
+    Frame frame =
+        MakeFrame(synthetic::MakeView(world, pose, {.missed = is_blind ? 1.0 : 0.1}, rng), i);
     FrameMotion motion;
     motion.run = i >= walk.cut_at;
     motion.image = i;
@@ -62,12 +58,7 @@ Walked Follow(const Walk& walk) {
     for (int k = 0; k <= i; k += 5) motion.keyframes.emplace_back(k, known(k));
     motion.is_preliminary = i < walk.preliminary_to;
     motion.is_keyframe = i % 5 == 0;
-    for (const Eigen::Vector3d& x : world.points) {
-      const Eigen::Vector3d p = pose * x;
-      if (p.z() > 0)
-        motion.depths.push_back(
-            {ProjectIdeal(world.camera, p).cast<float>(), static_cast<float>(kUnit / p.z())});
-    }
+    motion.depths = DepthsFrom(world, pose, kUnit);
     if (walk.saves_features && !atlas.NeedsFeatures(frame.timestamp, nullptr) &&
         !atlas.NeedsFeatures(frame.timestamp, &motion)) {
       frame.features = std::make_shared<const Features>(frame.features->Selected({}));
@@ -86,16 +77,15 @@ Walked Follow(const Walk& walk) {
 
 double ErrorAt(const Walked& walked, int frame) {
   const auto& pose = walked.poses[frame].cam_from_world;
-  return pose ? (pose->OriginInSource() - walked.truth[frame].OriginInSource()).norm() : 1e9;
+  return pose ? CenterDistance(*pose, walked.truth[frame]) : 1e9;
 }
 
 // Of a pose in the trajectory, in the end; huge where its reference is gone.
 double FinalErrorOf(const Walked& walked, const FramePose& pose) {
   const auto reference = walked.map->ResolvePose(pose.reference);
-  return reference ? ((pose.cam_from_reference * *reference).OriginInSource() -
-                      walked.truth[pose.frame_index].OriginInSource())
-                         .norm()
-                   : 1e9;
+  return reference
+             ? CenterDistance(pose.cam_from_reference * *reference, walked.truth[pose.frame_index])
+             : 1e9;
 }
 
 TEST(OdometryTracking, EveryImageHasAPose) {
@@ -125,10 +115,7 @@ TEST(OdometryTracking, KeyframesGoOnWithoutLandmarks) {
     ++blind;
     ASSERT_TRUE(keyframe.motion.has_value());
     EXPECT_GT(keyframe.motion->sigma_position, 0);
-    EXPECT_LT((keyframe.cam_from_world.OriginInSource() -
-               walked.truth[keyframe.frame_index].OriginInSource())
-                  .norm(),
-              0.1);
+    EXPECT_LT(CenterDistance(keyframe.cam_from_world, walked.truth[keyframe.frame_index]), 0.1);
   });
   EXPECT_GE(blind, 3);
   EXPECT_TRUE(walked.map->CheckInvariants().empty());
@@ -140,10 +127,7 @@ TEST(OdometryTracking, CorrectionsOfTheMotionReachTheMap) {
       Follow({.frames = 75, .blind_from = 45, .blind_to = 75, .wrong_from = 45, .wrong_to = 65});
   EXPECT_GT(ErrorAt(walked, 60), 0.5);
   walked.map->keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
-    EXPECT_LT((keyframe.cam_from_world.OriginInSource() -
-               walked.truth[keyframe.frame_index].OriginInSource())
-                  .norm(),
-              0.1)
+    EXPECT_LT(CenterDistance(keyframe.cam_from_world, walked.truth[keyframe.frame_index]), 0.1)
         << keyframe.frame_index;
   });
 }

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <numbers>
 #include <set>
 
@@ -20,7 +19,7 @@ using synthetic::Upright;
 
 constexpr int kHead = 100, kStatue = 101, kBase = 102, kArm = 103;
 const ClassRelations kClasses{{{kHead, kStatue}, {kBase, kStatue}, {kArm, kStatue}}, {}};
-const Camera kStatueCamera = synthetic::World().camera;
+const Camera& kStatueCamera = synthetic::kCamera;
 
 // Five statues in a row that is not quite straight, each with parts such as an arm on one side.
 std::vector<TrueObject> Statues(bool wholes, bool parts) {
@@ -82,8 +81,7 @@ Found LocalizeNear(const Map& map, const std::vector<TrueObject>& seen, int quer
         RelocalizeByObjects(detections, kStatueCamera, map, {}, std::nullopt, rng);
     if (candidates.empty() || !candidates[0].IsFound()) continue;
     ++found.accepted;
-    found.right +=
-        (candidates[0].cam_from_world.OriginInSource() - pose.OriginInSource()).norm() < 0.05;
+    found.right += CenterDistance(candidates[0].cam_from_world, pose) < 0.05;
   }
   return found;
 }
@@ -154,16 +152,10 @@ TEST(Parts, AWholeIsNotMissedWhereItsPartsAreSeenNorTheOtherWayRound) {
 
 TEST(Parts, HideNothingOfTheirWholeNorItOfThem) {
   // A long thing that points away from the camera, with a part at its far end.
-  Map map;
-  map.cameras = {kStatueCamera};
-  Object whole, part;
-  whole.state = part.state = ObjectState::kMapped;
-  whole.category_id = kStatue;
-  part.category_id = kHead;
-  whole.ellipsoid = Upright(kStatue, {0, 0, 3}, {0.3, 0.3, 1.2}).ellipsoid;
-  part.ellipsoid = Upright(kHead, {0, 0, 4}, {0.12, 0.12, 0.12}).ellipsoid;
-  map.objects.Insert(ObjectId(0), whole);
-  map.objects.Insert(ObjectId(1), part);
+  Map map = synthetic::EmptyMap();
+  const TrueObject part = Upright(kHead, {0, 0, 4}, {0.12, 0.12, 0.12});
+  synthetic::AddObject(map, MappedObject(Upright(kStatue, {0, 0, 3}, {0.3, 0.3, 1.2})));
+  synthetic::AddObject(map, MappedObject(part));
   const ObjectId own(1);
   const auto hidden = [&] {
     std::vector<BoxView> views = {{Rigid3(), &map.cameras[0],

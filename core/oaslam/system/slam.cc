@@ -58,7 +58,7 @@ void Slam::ForceRelocalization(const std::optional<Rigid3>& near) {
 std::shared_ptr<const Slam::View> Slam::NewestView() const {
   const Session& session = impl_->atlas_->main();
   auto view = std::make_shared<View>(View{session.tracker().View()});
-  view->frame.map = session.snapshot();
+  view->map = session.snapshot();
   return view;
 }
 

@@ -5,8 +5,6 @@
 
 namespace oaslam {
 
-struct OASLAM_LOCAL Slam::View {
-  FrameView frame;  // with its map
-};
+struct OASLAM_LOCAL Slam::View : FrameView {};  // with its map
 
 }  // namespace oaslam

@@ -40,7 +40,7 @@ ImagePose PoseWithoutLandmarks(PoseSource source, const ExpectedPose& pose, doub
           .cam_from_world = pose.cam_from_world,
           .covariance = pose.Covariance(),
           .confidence = confidence,
-          .is_uncertain = confidence < kSureConfidence,
+          .is_uncertain = confidence < kLeastCertainConfidence,
           .depth = depth};
 }
 
@@ -89,7 +89,7 @@ ImagePose PoseCertainty::PoseToReport(const Frame& frame, const Map& map,
   constexpr double kLongWithoutMap = 0.2;
   pose.is_uncertain =
       parts_.IsLoose(map, tracked.reference) || pose.seconds_without_map >= kLongWithoutMap ||
-      pose.confidence < kSureConfidence || SigmaOfPosition(local) > kFar * pose.depth;
+      pose.confidence < kLeastCertainConfidence || SigmaOfPosition(local) > kFar * pose.depth;
   return pose;
 }
 

@@ -43,7 +43,7 @@ inline constexpr double kTrackedSigma = 0.005;
 Relocalization TrackedAt(const Rigid3& cam_from_world, double depth);
 
 // A pose is uncertain below this confidence.
-inline constexpr double kSureConfidence = 0.9;
+inline constexpr double kLeastCertainConfidence = 0.9;
 
 // Computes how certain a pose in the map is (docs/lab/uncertainty.md): from the covariance of its
 // own measurement, from how well the part of the map in view is linked to the rest, and from how

@@ -48,7 +48,6 @@ class Initializer {
   std::string why_not_;
 };
 
-// The pose of a frame that came before the map was made.
 struct FrameBeforeMap {
   Frame frame;
   FramePose pose;

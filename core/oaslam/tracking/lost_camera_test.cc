@@ -40,15 +40,12 @@ TEST(LostCamera, FindsAnImageInTheMap) {
   const Map map = synthetic::MakeMap(world, {}).map;
   Rng rng(3);
   const Rigid3 pose = synthetic::PoseOnArc({}, 3);
-  const synthetic::View view = synthetic::MakeView(world, pose, {}, rng);
-  Frame frame;
-  frame.camera = view.camera;
-  frame.features = view.features;
+  const Frame frame = MakeFrame(synthetic::MakeView(world, pose, {}, rng));
   LostCamera camera{SlamConfig::Offline()};
   const Relocalization found =
       camera.Find(frame, map, {.search = RelocalizationMode::kPoints}, std::nullopt);
   ASSERT_EQ(found.evidence, PoseEvidence::kPoints);
-  EXPECT_LT((found.cam_from_world.OriginInSource() - pose.OriginInSource()).norm(), 0.05);
+  EXPECT_LT(CenterDistance(found.cam_from_world, pose), 0.05);
 }
 
 // What images before tell of the place ends where the map's unit or the place itself changes.
@@ -64,9 +61,7 @@ TEST(LostCamera, ForgetsWhereItWasRegistered) {
   }
   const auto registered = camera.Registered(MovingFrame(12));
   ASSERT_TRUE(registered);
-  EXPECT_LT((registered->pose.cam_from_world.OriginInSource() -
-             synthetic::PoseOnArc({}, 0.4 * 12).OriginInSource())
-                .norm(),
+  EXPECT_LT(CenterDistance(registered->pose.cam_from_world, synthetic::PoseOnArc({}, 0.4 * 12)),
             0.01);
   camera.Forget();
   EXPECT_FALSE(camera.Registered(MovingFrame(12)));

@@ -1,7 +1,6 @@
 #include "oaslam/tracking/map_drift.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <optional>
 #include <queue>

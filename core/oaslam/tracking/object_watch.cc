@@ -10,7 +10,7 @@ namespace oaslam {
 void ObjectWatch::Await(const Frame& frame) {
   // Frames of some 50 KB; 4 s at 30 Hz, which bounds the memory. The newest keep their image.
   constexpr size_t kMost = 120, kWithImage = 30;
-  if (frame.detections_follow) awaited_.push_back({frame, {}, {}, {}, {}, 0});
+  if (frame.detections_follow) awaited_.emplace_back().frame = frame;
   if (awaited_.size() > kMost) awaited_.pop_front();
   if (awaited_.size() > kWithImage) awaited_[awaited_.size() - 1 - kWithImage].frame.image.reset();
 }

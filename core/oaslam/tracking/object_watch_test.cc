@@ -13,18 +13,14 @@ class ObjectWatchTest : public testing::Test {
   // An image with a pose that shows one box.
   TrackedFrame SeenAt(int image, bool detections_follow = false) {
     const Rigid3 pose = synthetic::PoseOnArc({}, -20 + 0.4 * image);
-    const synthetic::View view = synthetic::MakeView(world_, pose, {}, rng_);
     TrackedFrame seen;
-    seen.frame.index = image;
-    seen.frame.timestamp = image / 30.0;
-    seen.frame.camera = view.camera;
-    seen.frame.features = view.features;
+    seen.frame = MakeFrame(synthetic::MakeView(world_, pose, {}, rng_), image);
     seen.frame.detections_follow = detections_follow;
     if (!detections_follow) seen.frame.detections = {Detected(pose)};
     seen.cam_from_world = pose;
     seen.reference = KeyframeId(0);
     seen.cam_from_reference = pose * map_.keyframes.At(KeyframeId(0)).cam_from_world.Inverse();
-    seen.landmarks.resize(view.features->keypoints.size());
+    seen.landmarks.resize(seen.frame.features->keypoints.size());
     return seen;
   }
 

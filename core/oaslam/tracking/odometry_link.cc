@@ -1,7 +1,6 @@
 #include "oaslam/tracking/odometry_link.h"
 
 #include <algorithm>
-#include <iterator>
 #include <ranges>
 
 #include "oaslam/map/motion_sigmas.h"
@@ -12,13 +11,6 @@ namespace {
 
 constexpr double kYoung = 2;         // seconds, of a map
 constexpr double kUnitSeconds = 10;  // the unit is averaged over these: its scale drifts slowly
-
-// The median depth of the points that the odometry follows, in its unit; 0 without any.
-double MedianDepth(const FrameMotion& motion) {
-  std::vector<double> inverse;
-  for (const FrameMotion::KnownDepth& d : motion.depths) inverse.push_back(d.inverse_depth);
-  return inverse.empty() ? 0 : 1 / Median(std::move(inverse));
-}
 
 // The length of the odometry's unit in units of the map: by key points with a landmark that lie
 // beside a point whose depth the odometry knows.
@@ -49,6 +41,13 @@ std::optional<double> UnitBySharedPoints(const TrackedFrame& seen, const Map& ma
 }
 
 }  // namespace
+
+double MedianDepthOf(const FrameMotion& motion, float above) {
+  std::vector<double> inverse;
+  for (const FrameMotion::KnownDepth& d : motion.depths)
+    if (d.inverse_depth > above) inverse.push_back(d.inverse_depth);
+  return inverse.empty() ? 0 : 1 / Median(std::move(inverse));
+}
 
 void OdometryLink::Begin(const Frame& frame, KeyframeId keyframe, double depth) {
   unit_ = Unit{frame.motion->run, 0, 1, kUnitSeconds};
@@ -123,7 +122,7 @@ std::optional<MotionInMap> OdometryLink::MotionBetween(
     motion.sigma_position =
         std::max(kSigmaOfWay, unit_->spread) * motion.cam_from_cam.translation.norm() +
         (IsYoung(newest.timestamp) ? kSigmaOfDepthIfYoung : kSigmaOfDepth) * unit_->length *
-            MedianDepth(*now);
+            MedianDepthOf(*now);
   }
   // Where the way is not known, part of what looks like a turn may be a way.
   const double least_turn = motion.is_turn ? kUnknownWay : kLeastTurn;
@@ -174,7 +173,7 @@ std::optional<OdometryPrediction> OdometryLink::Predict(const Frame& frame, cons
          (1 + seconds) * motion->sigma_position, (1 + seconds) * motion->sigma_rotation},
         carried->by,
         motion->is_turn,
-        unit_ ? unit_->length * MedianDepth(*frame.motion) : 0};
+        unit_ ? unit_->length * MedianDepthOf(*frame.motion) : 0};
   }
   return std::nullopt;
 }

@@ -17,6 +17,10 @@ namespace oaslam {
 // of the depth: a guess of how far a hand mostly moves a camera in a tenth of a second.
 inline constexpr double kUnknownWay = 0.03;
 
+// The median depth of the points that the odometry follows, in its unit; 0 without any. Of the
+// points with an inverse depth above `above`: noise may place one that is far away beyond infinity.
+double MedianDepthOf(const FrameMotion& motion, float above = -INFINITY);
+
 // The camera's motion between two images, in the unit of the map.
 struct MotionInMap {
   Rigid3 cam_from_cam;  // the later camera from the earlier one

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "oaslam/geometry/camera_model.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
@@ -20,11 +19,7 @@ class OdometryLinkTest : public testing::Test {
     motion.image = image;
     motion.cam_from_odom = PoseAt(image);
     motion.cam_from_odom.translation /= kUnit;
-    for (const Eigen::Vector3d& point : world_.points) {
-      const Eigen::Vector3d p = PoseAt(image) * point;
-      motion.depths.push_back(
-          {ProjectIdeal(world_.camera, p).cast<float>(), static_cast<float>(kUnit / p.z())});
-    }
+    motion.depths = DepthsFrom(world_, PoseAt(image), kUnit);
     return motion;
   }
 
@@ -39,19 +34,17 @@ class OdometryLinkTest : public testing::Test {
   // An image with its true pose and landmarks, relative to the first keyframe.
   TrackedFrame SeenAt(int image) {
     const synthetic::View view = synthetic::MakeView(world_, PoseAt(image), {}, rng_);
-    TrackedFrame seen{FrameWith(MotionAt(image)), PoseAt(image), kFirst, {}, {}, 0};
+    TrackedFrame seen{{PoseAt(image), kFirst}, FrameWith(MotionAt(image)), {}};
     seen.frame.camera = view.camera;
     seen.frame.features = view.features;
     seen.cam_from_reference =
         PoseAt(image) * mapped_.map.keyframes.At(kFirst).cam_from_world.Inverse();
-    for (const int point : view.point_of_keypoint)
-      seen.landmarks.push_back(point < 0 ? LandmarkId() : mapped_.landmark_of_point[point]);
+    seen.landmarks = mapped_.LandmarksIn(view);
     return seen;
   }
 
   double ErrorOf(const OdometryPrediction& predicted, int image) const {
-    return (predicted.expected.cam_from_world.OriginInSource() - PoseAt(image).OriginInSource())
-        .norm();
+    return CenterDistance(predicted.expected.cam_from_world, PoseAt(image));
   }
 
   static constexpr KeyframeId kFirst{0};

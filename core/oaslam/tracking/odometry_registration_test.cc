@@ -18,15 +18,9 @@ const Similarity kMapFromOdom(0.4,
                               {1, -2, 0.5});
 
 Map TableWithThings() {
-  Map map;
-  map.cameras = {object_table::kCamera};
-  for (const object_table::TrueObject& thing : object_table::TableTop()) {
-    Object object;
-    object.category_id = thing.category_id;
-    object.state = ObjectState::kMapped;
-    object.ellipsoid = thing.ellipsoid;
-    map.objects.Insert(ObjectId(static_cast<uint32_t>(map.objects.size())), object);
-  }
+  Map map = object_table::EmptyMap();
+  for (const object_table::TrueObject& thing : object_table::TableTop())
+    synthetic::AddObject(map, MappedObject(thing));
   return map;
 }
 
@@ -69,9 +63,7 @@ Relocalization Located(int i, double sigma, Rng& rng) {
   return located;
 }
 
-double ErrorOf(const Rigid3& pose, int i) {
-  return (pose.OriginInSource() - PoseAroundTable(i).OriginInSource()).norm();
-}
+double ErrorOf(const Rigid3& pose, int i) { return CenterDistance(pose, PoseAroundTable(i)); }
 
 TEST(OdometryRegistration, ManyImagesTellMoreThanOne) {
   const Map map = TableWithThings();

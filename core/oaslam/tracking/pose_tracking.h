@@ -1,8 +1,6 @@
 #pragma once
 
-#include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "oaslam/config.h"
@@ -12,25 +10,18 @@
 
 namespace oaslam {
 
-// The pose of a frame with the landmarks that support it.
-struct TrackReport {
+// The result of searching landmarks in a frame. `reference`: where tracking near a prediction
+// failed, that of the prediction; where tracking failed otherwise, invalid.
+struct TrackReport : PoseByLandmarks {
   bool success = false;
-  Rigid3 cam_from_world;
-  std::vector<LandmarkId> landmarks;  // by key point: inliers only
-  int matched = 0,
-      inliers = 0;   // matches before refinement, and those that agree with the refined pose
+  int matched = 0;   // landmarks before refinement
   double depth = 0;  // median, of the inliers
   // How much the inliers spread over the image: the sum of squared distances from their mean, in
   // units of the image sides, along the direction in which it is smallest. Few or crowded points
   // give a small value.
   double spread = 0;
-  // Of the pose, given the landmarks (PoseReport).
-  PoseCovariance covariance = PoseCovariance::Zero();
   // Standard deviation of the position divided by the median depth of the points.
   double relative_sigma = 0;
-  // The keyframe that shares most landmarks with the frame. Where tracking near a prediction
-  // failed, the reference of the prediction; where tracking failed otherwise, invalid.
-  KeyframeId reference;
   std::vector<LandmarkId> visible;  // landmarks expected in the frame (TrackLocalMap)
 };
 

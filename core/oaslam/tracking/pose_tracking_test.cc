@@ -16,28 +16,30 @@ struct Scene {
   Rigid3 truth = synthetic::PoseOnArc({}, 3);
   Frame frame;
 
-  Scene() {
+  explicit Scene(double missed = 0.1) {
     Rng rng(9);
-    frame.camera = std::make_shared<const Camera>(world.camera);
-    frame.features = synthetic::MakeView(world, truth, {}, rng).features;
+    frame = MakeFrame(synthetic::MakeView(world, truth, {.missed = missed}, rng));
   }
-  double Error(const Rigid3& pose) const {
-    return (pose.OriginInSource() - truth.OriginInSource()).norm();
+  TrackReport FollowFromLast() const {
+    const Keyframe& last = mapped.map.keyframes.At(KeyframeId(4));
+    return TrackFromLastFrame(frame, mapped.map, *last.features, last.landmarks,
+                              synthetic::PoseOnArc({}, 2.5), 15);
+  }
+  double Error(const TrackReport& report) const {
+    return CenterDistance(report.cam_from_world, truth);
   }
 };
 
 TEST(PoseTracking, FollowsTheLastFrameThenTheLocalMap) {
   const Scene s;
-  const Keyframe& last = s.mapped.map.keyframes.At(KeyframeId(4));
-  const TrackReport first = TrackFromLastFrame(s.frame, s.mapped.map, *last.features,
-                                               last.landmarks, synthetic::PoseOnArc({}, 2.5), 15);
+  const TrackReport first = s.FollowFromLast();
   ASSERT_TRUE(first.success);
   const TrackReport tracked = TrackLocalMap(s.frame, s.mapped.map, first, {});
   ASSERT_TRUE(tracked.success);
   EXPECT_GT(tracked.inliers, first.inliers);
-  EXPECT_LT(s.Error(tracked.cam_from_world), 0.01);
+  EXPECT_LT(s.Error(tracked), 0.01);
   const double sigma = SigmaOfPosition(tracked.covariance);
-  EXPECT_LT(s.Error(tracked.cam_from_world), 3 * sigma);
+  EXPECT_LT(s.Error(tracked), 3 * sigma);
   EXPECT_LT(sigma, SigmaOfPosition(first.covariance));  // of fewer landmarks
   EXPECT_TRUE(tracked.reference.IsValid());
   EXPECT_GE(tracked.visible.size(), static_cast<size_t>(tracked.inliers));
@@ -46,10 +48,8 @@ TEST(PoseTracking, FollowsTheLastFrameThenTheLocalMap) {
 TEST(PoseTracking, AnImageOfNothingFails) {
   const Scene s;
   Rng rng(1);
-  Frame clutter;
-  clutter.camera = std::make_shared<const Camera>(s.world.camera);
-  clutter.features =
-      synthetic::MakeView(s.world, s.truth, {.missed = 1.0, .clutter = 800}, rng).features;
+  const Frame clutter =
+      MakeFrame(synthetic::MakeView(s.world, s.truth, {.missed = 1.0, .clutter = 800}, rng));
   const Keyframe& last = s.mapped.map.keyframes.At(KeyframeId(4));
   const TrackReport first =
       TrackFromLastFrame(clutter, s.mapped.map, *last.features, last.landmarks, s.truth, 15);
@@ -59,9 +59,7 @@ TEST(PoseTracking, AnImageOfNothingFails) {
 // A place that looks like the mapped one in part: two thirds of the landmarks are displaced.
 TEST(PoseTracking, MayDemandThatWhatIsExpectedAgrees) {
   const Scene s;
-  const Keyframe& last = s.mapped.map.keyframes.At(KeyframeId(4));
-  const TrackReport first = TrackFromLastFrame(s.frame, s.mapped.map, *last.features,
-                                               last.landmarks, synthetic::PoseOnArc({}, 2.5), 15);
+  const TrackReport first = s.FollowFromLast();
   ASSERT_TRUE(first.success);
   Map elsewhere = s.mapped.map;
   for (const LandmarkId id : elsewhere.landmarks.Ids()) {
@@ -105,22 +103,22 @@ TEST(LocalMap, HoldsTheKeyframesThatShareMostFirst) {
   EXPECT_EQ(std::ranges::adjacent_find(sorted), sorted.end());
 }
 
+// The image comes with its true motion.
+Frame FrameFrom(const synthetic::World& world, const Rigid3& pose, int index, Rng& rng) {
+  Frame frame = MakeFrame(synthetic::MakeView(world, pose, {}, rng), index);
+  frame.motion = synthetic::TrueMotion(index, pose);
+  return frame;
+}
+
 TEST(Initializer, WaitsForParallaxAndThenMakesAMap) {
-  synthetic::World world = synthetic::MakeWorld({});
-  for (double& d : world.max_distance) d = 3.0;  // the lowest level carries the initialisation
+  // The lowest level carries the initialisation.
+  const synthetic::World world = synthetic::MakeWorld({.farthest = 3.0});
   Initializer initializer;
   Rng views(5);
   std::optional<InitialMap> map;
   int at = 0;
   for (int i = 0; i < 40 && !map; ++i) {
-    Frame frame;
-    frame.camera = std::make_shared<const Camera>(world.camera);
-    frame.index = i;
-    frame.timestamp = i / 30.0;
-    frame.features =
-        synthetic::MakeView(world, synthetic::PoseOnArc({}, 0.4 * i), {}, views).features;
-    frame.motion = synthetic::TrueMotion(i, synthetic::PoseOnArc({}, 0.4 * i));
-    map = initializer.Process(frame);
+    map = initializer.Process(FrameFrom(world, synthetic::PoseOnArc({}, 0.4 * i), i, views));
     at = i;
   }
   ASSERT_TRUE(map);
@@ -131,20 +129,13 @@ TEST(Initializer, WaitsForParallaxAndThenMakesAMap) {
 }
 
 TEST(Initializer, NeverFromACameraThatOnlyTurns) {
-  synthetic::World world = synthetic::MakeWorld({});
-  for (double& d : world.max_distance) d = 3.0;
+  const synthetic::World world = synthetic::MakeWorld({.farthest = 3.0});
   Initializer initializer;
   Rng views(5);
   for (int i = 0; i < 25; ++i) {
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.008 * i, Eigen::Vector3d::UnitY()));
-    Frame frame;
-    frame.camera = std::make_shared<const Camera>(world.camera);
-    frame.index = i;
-    frame.timestamp = i / 30.0;
     const Rigid3 pose = Rigid3(turn, Eigen::Vector3d::Zero()) * synthetic::PoseOnArc({}, 0);
-    frame.features = synthetic::MakeView(world, pose, {}, views).features;
-    frame.motion = synthetic::TrueMotion(i, pose);
-    EXPECT_FALSE(initializer.Process(frame)) << i;
+    EXPECT_FALSE(initializer.Process(FrameFrom(world, pose, i, views))) << i;
   }
   EXPECT_EQ(initializer.why_not(), "the camera only turned, or all it sees is far away");
 }
@@ -179,8 +170,7 @@ TEST(Initializer, SaysWhyThereIsNoMapYet) {
 TEST(PoseTracking, MatchesOfAllKeyPointsHoldAPoseOnFewLandmarks) {
   const Scene s;
   const Keyframe& last = s.mapped.map.keyframes.At(KeyframeId(4));
-  TrackReport tracked = TrackFromLastFrame(s.frame, s.mapped.map, *last.features, last.landmarks,
-                                           synthetic::PoseOnArc({}, 2.5), 15);
+  TrackReport tracked = s.FollowFromLast();
   ASSERT_TRUE(tracked.success);
   int kept = 0;  // keep only the landmarks of the left quarter of the image
   for (size_t i = 0; i < tracked.landmarks.size(); ++i) {
@@ -192,23 +182,16 @@ TEST(PoseTracking, MatchesOfAllKeyPointsHoldAPoseOnFewLandmarks) {
       s.frame, s.mapped.map, *last.features, last.cam_from_world, tracked, {.relative_sigma = 1});
   ASSERT_TRUE(strong.success);
   EXPECT_GE(strong.inliers, kept * 3 / 4);
-  EXPECT_LT(s.Error(strong.cam_from_world), 0.02);
+  EXPECT_LT(s.Error(strong), 0.02);
 }
 
 // A camera that was at a keyframe and has moved on, where it sees few of the landmarks.
-struct Passage {
-  synthetic::World world = synthetic::MakeWorld({});
-  Map map = synthetic::MakeMap(world, {}).map;
-  Rigid3 truth = synthetic::PoseOnArc({}, 3);
+struct Passage : Scene {
   KeyframeId reference{4};
-  Frame frame;
   TrackedFrame last;
 
-  Passage() {
-    Rng rng(9);
-    frame.camera = std::make_shared<const Camera>(world.camera);
-    frame.features = synthetic::MakeView(world, truth, {.missed = 0.8}, rng).features;
-    const Keyframe& keyframe = map.keyframes.At(reference);
+  Passage() : Scene(0.8) {
+    const Keyframe& keyframe = mapped.map.keyframes.At(reference);
     last.frame.features = keyframe.features;
     last.reference = reference;
     last.landmarks = keyframe.landmarks;
@@ -217,10 +200,8 @@ struct Passage {
   TrackReport Follow(double sigma_position) const {
     Rigid3 predicted = truth;
     predicted.translation.x() += 0.05;
-    return FollowMotion(frame, map, last, {{predicted, sigma_position, 0.02}, reference}, {});
-  }
-  double Error(const TrackReport& report) const {
-    return (report.cam_from_world.OriginInSource() - truth.OriginInSource()).norm();
+    return FollowMotion(frame, mapped.map, last, {{predicted, sigma_position, 0.02}, reference},
+                        {});
   }
 };
 
@@ -251,5 +232,4 @@ TEST(FollowMotion, FewLandmarksDoNotOutweighAMotionThatIsSure) {
 }
 
 }  // namespace
-
 }  // namespace oaslam

@@ -30,13 +30,7 @@ Rigid3 Tracker::RelativeTo(const Map& map, KeyframeId reference, const Rigid3& c
 }
 
 TrackedFrame Tracker::Placed(const Frame& frame, const Map& map, const TrackReport& tracked) {
-  return {frame,
-          tracked.cam_from_world,
-          tracked.reference,
-          RelativeTo(map, tracked.reference, tracked.cam_from_world),
-          tracked.landmarks,
-          tracked.inliers,
-          tracked.covariance};
+  return {tracked, frame, RelativeTo(map, tracked.reference, tracked.cam_from_world)};
 }
 
 Tracker::Tracker(const SlamConfig& config, bool map_is_loaded)
@@ -138,13 +132,12 @@ TrackingStep Tracker::Begin(const Frame& frame, const Map& map) {
   for (const FrameBeforeMap& image :
        PlaceFramesBeforeMap(before, map, first, *frame.motion, depth, Demands()))
     trajectory_.Add(image.pose, image.frame, image.landmarks);
+  const PoseByLandmarks pose{keyframe->cam_from_world, second, keyframe->landmarks, landmarks};
   TrackReport tracked;
-  tracked.cam_from_world = keyframe->cam_from_world;
-  tracked.reference = second;
-  tracked.matched = tracked.inliers = landmarks;
+  static_cast<PoseByLandmarks&>(tracked) = pose;
+  tracked.matched = landmarks;
   tracked.depth = depth;
-  auto& following = phase_.emplace<Following>(
-      TrackedFrame{frame, keyframe->cam_from_world, second, {}, keyframe->landmarks, landmarks});
+  auto& following = phase_.emplace<Following>(TrackedFrame{pose, frame, {}});
   return {.pose = certainty_.PoseToReport(frame, map, tracked, TrackingState::kTracking, link_,
                                           following.best_confidence),
           .keyframe = second};

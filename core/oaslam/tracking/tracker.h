@@ -50,7 +50,6 @@ struct Lost {
 // The camera was lost in a map that is too small to find it again.
 struct GivenUp {};
 
-// The result of tracking an image.
 struct TrackingStep {
   ImagePose pose;
   std::optional<MapCommand> command{};   // for the mapper

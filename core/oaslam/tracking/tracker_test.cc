@@ -22,11 +22,7 @@ class TrackerTest : public testing::Test {
   // What frame `index` shows from a place on the arc of the synthetic world (degrees).
   Frame View(int index, double angle, double missed = 0.1) {
     const Rigid3 pose = synthetic::PoseOnArc({}, angle);
-    Frame frame{index,
-                index / 30.0,
-                camera_,
-                synthetic::MakeView(world_, pose, {.missed = missed}, rng_).features,
-                {}};
+    Frame frame = MakeFrame(synthetic::MakeView(world_, pose, {.missed = missed}, rng_), index);
     if (index < kBeginning) frame.motion = synthetic::TrueMotion(index, pose);
     return frame;
   }
@@ -42,18 +38,11 @@ class TrackerTest : public testing::Test {
 
   void Publish() { map_ = mapper_.Publish(); }
 
-  Map EmptyMap() const {
-    Map empty;
-    empty.cameras.push_back(world_.camera);
-    return empty;
-  }
-
   synthetic::World world_ = synthetic::MakeWorld({});
-  std::shared_ptr<const Camera> camera_ = std::make_shared<const Camera>(world_.camera);
   Rng rng_{7};
   uint32_t next_keyframe_ = 0, next_object_ = 0;
   TrackingContext context_{.next_keyframe = &next_keyframe_, .next_object = &next_object_};
-  Mapper mapper_{SlamConfig::Offline(), EmptyMap()};
+  Mapper mapper_{SlamConfig::Offline(), synthetic::EmptyMap()};
   Tracker tracker_{SlamConfig::Offline(), false};
   std::shared_ptr<const Map> map_;
 };

@@ -20,8 +20,7 @@ struct TrajectoryScene {
     Rng rng(4);
     const synthetic::View view = synthetic::MakeView(world, truth, {}, rng);
     frame = {20, 0.6, view.camera, view.features, {}};
-    for (const int point : view.point_of_keypoint)
-      landmarks.push_back(point < 0 ? LandmarkId() : mapped.landmark_of_point[point]);
+    landmarks = mapped.LandmarksIn(view);
   }
   FramePose Pose(int index) const {
     const KeyframeId reference(2);
@@ -30,9 +29,7 @@ struct TrajectoryScene {
             TrackingState::kTracking};
   }
   double Error(const FramePose& pose) const {
-    return ((pose.cam_from_reference * *mapped.map.ResolvePose(pose.reference)).OriginInSource() -
-            truth.OriginInSource())
-        .norm();
+    return CenterDistance(pose.cam_from_reference * *mapped.map.ResolvePose(pose.reference), truth);
   }
 };
 

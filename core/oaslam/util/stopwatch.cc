@@ -3,6 +3,8 @@
 #include <sys/resource.h>
 #include <time.h>
 
+#include <chrono>
+
 namespace oaslam {
 namespace {
 
@@ -20,6 +22,10 @@ Stopwatch::Stopwatch()
 double Stopwatch::WallMs() const { return ClockMs(CLOCK_MONOTONIC) - wall_ms_; }
 
 double Stopwatch::ThreadCpuMs() const { return ClockMs(CLOCK_THREAD_CPUTIME_ID) - cpu_ms_; }
+
+double SteadySeconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 double ProcessCpuSeconds() { return ClockMs(CLOCK_PROCESS_CPUTIME_ID) * 1e-3; }
 

@@ -13,6 +13,8 @@ class Stopwatch {
   double wall_ms_, cpu_ms_;
 };
 
+// Seconds of std::chrono::steady_clock.
+double SteadySeconds();
 // CPU seconds of the whole process, user and system; peak resident memory in MiB.
 double ProcessCpuSeconds();
 double PeakRssMb();

@@ -85,10 +85,7 @@ ImageRequest ReadPostedImage(const JsonInput& json) {
 Localized Localize(ServiceState& state, const ServedMap& map, const ImageRequest& request,
                    RelocalizationMode mode) {
   KeepImage(state, map.stored.name, request.bytes);
-  ImageInput input;
-  input.timestamp = request.time;
-  input.gravity_in_cam = request.gravity_in_cam;
-  input.detections = request.detections.value_or(std::vector<Detection>());
+  ImageInput input = ImageInputOf(request);
   if (!request.bytes.empty()) input.image = DecodeReceivedImage(request.bytes, ImageColor::kGrey);
   Localized found = Find(map, input, request, mode);
   const bool may_detect = !request.detections && !input.image.empty() &&

@@ -138,6 +138,16 @@ ImageRequest ReadImageRequest(const JsonInput& json) {
   return request;
 }
 
+ImageInput ImageInputOf(const ImageRequest& request) {
+  ImageInput input;
+  input.timestamp = request.time;
+  input.detections = request.detections.value_or(std::vector<Detection>());
+  input.gravity_in_cam = request.gravity_in_cam;
+  input.angular_velocity = request.angular_velocity;
+  input.motion = request.motion;
+  return input;
+}
+
 Json JsonOf(const Eigen::Vector3d& v) { return JsonNumbers<Json>(v); }
 
 Json JsonOf(const Rigid3& pose) {
@@ -204,6 +214,13 @@ Json JsonOfObjectsInView(const SavedMap& saved, const Camera& camera,
                        {"box", {shown.x1, shown.y1, shown.x2, shown.y2}}});
   });
   return objects;
+}
+
+Json JsonOfPose(const ImageRequest& request, const nlohmann::json& header, TrackingState state) {
+  return {{"type", "pose"},
+          {"id", header.value("id", nlohmann::json())},
+          {"time", request.time},
+          {"state", ToString(state)}};
 }
 
 Json JsonOf(const RelocalizationResult& result, const std::optional<Camera>& camera) {

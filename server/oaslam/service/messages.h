@@ -45,6 +45,9 @@ struct ImageRequest {
   int feature_count = 0;
 };
 
+// All but the image and its key points.
+ImageInput ImageInputOf(const ImageRequest& request);
+
 // All but the bytes. A missing camera is "auto".
 ImageRequest ReadImageRequest(const JsonInput& json);
 
@@ -59,6 +62,8 @@ Json JsonOfObjects(const SavedMap& saved);
 // The mapped objects in front of the camera, with their boxes in the image (for a lens with
 // distortion: in its ideal image). Objects that are hidden by others are among them.
 Json JsonOfObjectsInView(const SavedMap& saved, const Camera& camera, const Rigid3& world_from_cam);
+// The answer to an image of a stream, which begins with the id of its header.
+Json JsonOfPose(const ImageRequest& request, const nlohmann::json& header, TrackingState state);
 // The answer to one image, without objects.
 Json JsonOf(const RelocalizationResult& result, const std::optional<Camera>& camera);
 

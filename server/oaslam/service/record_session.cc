@@ -93,23 +93,18 @@ StreamStep Recording::Image(const ImageRequest& request, const nlohmann::json& h
                    last_time_);
   if (request.features) throw InputError("features: a map is made of images");
   const bool detects = !request.detections && !state_->detectors.empty();
-  ImageInput input;
-  input.timestamp = last_time_ = request.time;
+  last_time_ = request.time;
+  ImageInput input = ImageInputOf(request);
   input.image = DecodeReceivedImage(request.bytes, detects ? ImageColor::kBgr : ImageColor::kGrey);
   KeepImage(*state_, name_, request.bytes);
-  input.gravity_in_cam = request.gravity_in_cam;
-  input.angular_velocity = request.angular_velocity;
-  input.motion = request.motion;
   const std::optional<Camera> given = CameraFor(request.camera, input.image.size());
   if (given && !slam_) BeginMap(*given);
   if (slam_ && cv::Size(camera_->width, camera_->height) != input.image.size())
     throw BadInput("image: {} x {} pixels, the map is made of {} x {}", input.image.cols,
                    input.image.rows, camera_->width, camera_->height);
-  Json answer = {
-      {"type", "pose"}, {"id", header.value("id", nlohmann::json())}, {"time", request.time}};
   if (!slam_) {
     EstimateCamera(input.image, request.time);
-    answer["state"] = ToString(TrackingState::kInitializing);
+    Json answer = JsonOfPose(request, header, TrackingState::kInitializing);
     answer["dropped"] = dropped;
     answer["ms"] = watch.WallMs();
     return {{std::move(answer), Progress("camera",
@@ -117,12 +112,10 @@ StreamStep Recording::Image(const ImageRequest& request, const nlohmann::json& h
                                          "the lens of this camera is being measured.")},
             false};
   }
-  if (request.detections)
-    input.detections = *request.detections;
-  else if (detects && view_change_.Choose(input.image, request.time))
+  if (detects && view_change_.Choose(input.image, request.time))
     input.detections = state_->detectors.Detect(input.image);
   const TrackingResult tracked = slam_->Process(input);
-  answer["state"] = ToString(tracked.state);
+  Json answer = JsonOfPose(request, header, tracked.state);
   if (const std::optional<Rigid3> pose = tracked.PoseIn(tracked.world)) {
     answer["pose"] = JsonOf(*pose);
     answer["depth"] = tracked.depth;

@@ -129,11 +129,7 @@ std::optional<Camera> Tracking::CameraOf(const ImageRequest& request, const Imag
 
 StreamStep Tracking::Image(const ImageRequest& request, const nlohmann::json& header, int dropped) {
   const Stopwatch watch;
-  ImageInput input;
-  input.timestamp = request.time;
-  input.gravity_in_cam = request.gravity_in_cam;
-  input.angular_velocity = request.angular_velocity;
-  input.motion = request.motion;
+  ImageInput input = ImageInputOf(request);
   if (request.features) {
     input.features = *request.features;
     input.features->features = ReadReceivedFeatures(request.bytes, request.feature_count);
@@ -142,13 +138,9 @@ StreamStep Tracking::Image(const ImageRequest& request, const nlohmann::json& he
     input.image = DecodeReceivedImage(request.bytes, ImageColor::kGrey);
   }
   // The detector runs only while points do not find the camera.
-  if (request.detections)
-    input.detections = *request.detections;
-  else if (is_lost_ && !request.features && !state_->detectors.empty())
+  if (is_lost_ && !request.detections && !request.features && !state_->detectors.empty())
     input.detections =
         state_->detectors.Detect(DecodeReceivedImage(request.bytes, ImageColor::kBgr));
-  Json answer = {
-      {"type", "pose"}, {"id", header.value("id", nlohmann::json())}, {"time", request.time}};
   const std::optional<Camera> camera = CameraOf(request, input);
   if (camera && (!slam_ || camera != camera_)) {
     SlamConfig config = state_->options.config;
@@ -162,7 +154,7 @@ StreamStep Tracking::Image(const ImageRequest& request, const nlohmann::json& he
   if (slam_ && camera) tracked = slam_->Process(input);
   const std::optional<Rigid3> pose = tracked.PoseIn(tracked.world);
   is_lost_ = IsLost(tracked.state);
-  answer["state"] = ToString(tracked.state);
+  Json answer = JsonOfPose(request, header, tracked.state);
   answer["source"] = ToString(tracked.source);
   if (pose) {
     answer["pose"] = JsonOf(*pose);

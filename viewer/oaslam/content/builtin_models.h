@@ -1,15 +1,16 @@
 #pragma once
 
-#include <string>
-#include <utility>
-#include <vector>
-
-#include "oaslam/content/mesh.h"
+#include <string_view>
 
 namespace oaslam {
 
-// The built-in models, made in code: "flag", "arrow" (its tip on the place), "cube" (a crate),
-// "tree", "robot". Their longest side is 1, and the centre of their bottom is at the origin.
-const std::vector<std::pair<std::string, Mesh>>& BuiltinModels();
+// The built-in models (data/content), as files of binary glTF: y up, the front towards +z. Their
+// longest side is 1, and the centre of their bottom is at the origin; the tip of the arrow is
+// there.
+std::string_view FlagModel();
+std::string_view ArrowModel();
+std::string_view CubeModel();  // a crate
+std::string_view TreeModel();
+std::string_view RobotModel();
 
 }  // namespace oaslam

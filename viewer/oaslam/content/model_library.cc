@@ -2,9 +2,9 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "oaslam/content/builtin_models.h"
-#include "oaslam/content/mesh.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/uri.h"
@@ -64,10 +64,15 @@ std::vector<std::string> ReferencesOf(const std::string& file) {
 }  // namespace
 
 ModelLibrary::ModelLibrary(const std::vector<std::string>& files) {
-  for (const auto& [name, mesh] : BuiltinModels()) {
+  const std::pair<std::string, std::string_view> builtin[] = {{"flag", FlagModel()},
+                                                              {"arrow", ArrowModel()},
+                                                              {"cube", CubeModel()},
+                                                              {"tree", TreeModel()},
+                                                              {"robot", RobotModel()}};
+  for (const auto& [name, glb] : builtin) {
     names_.push_back(name);
     entries_[name] = name + "/" + name + ".glb";
-    glbs_[entries_[name]] = GlbOf(mesh, name);
+    glbs_[entries_[name]] = glb;
   }
   for (const std::string& file : files) AddFile(file);
 }

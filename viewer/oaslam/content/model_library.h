@@ -13,7 +13,7 @@ class ModelLibrary {
  public:
   struct File {
     std::string content_type;
-    std::string_view bytes;  // of a built-in model; valid as long as the library
+    std::string_view bytes;  // of a built-in model; always valid
     std::string path;        // of a user's file: its path in the file system
   };
 
@@ -35,8 +35,8 @@ class ModelLibrary {
   std::vector<std::string> names_;
   std::map<std::string, std::string> entries_;  // by name
   std::map<std::string, std::string>
-      user_files_;                           // paths in the file system by path below /models/
-  std::map<std::string, std::string> glbs_;  // bytes of the built-in ones, by path below /models/
+      user_files_;                                // paths in the file system by path below /models/
+  std::map<std::string, std::string_view> glbs_;  // the built-in ones, by path below /models/
   std::map<std::string, std::string> user_models_;  // main files by name
 };
 

@@ -18,10 +18,15 @@ TEST_F(ModelLibraryTest, HasBuiltInModels) {
   const ModelLibrary library;
   EXPECT_THAT(library.names(), ElementsAre("flag", "arrow", "cube", "tree", "robot"));
   EXPECT_EQ(library.entry("flag"), "flag/flag.glb");
-  const auto file = library.Find("flag/flag.glb");
-  ASSERT_TRUE(file);
-  EXPECT_EQ(file->content_type, "model/gltf-binary");
-  EXPECT_THAT(file->bytes.substr(0, 4), "glTF");
+  for (const std::string& name : library.names()) {
+    const auto file = library.Find(library.entry(name));
+    ASSERT_TRUE(file);
+    EXPECT_EQ(file->content_type, "model/gltf-binary");
+    EXPECT_EQ(file->bytes.substr(0, 8), std::string("glTF\2\0\0\0", 8)) << name;
+    uint32_t size = 0;
+    std::memcpy(&size, file->bytes.data() + 8, sizeof size);
+    EXPECT_EQ(size, file->bytes.size()) << name;
+  }
 }
 
 TEST_F(ModelLibraryTest, HandsOutWhatAModelRefersToAndNothingElse) {

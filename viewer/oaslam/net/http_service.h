@@ -65,7 +65,6 @@ class WebSocketHandler {
   virtual void OnClosed() = 0;  // the last call
 };
 
-// What an HttpServer serves.
 class HttpService {
  public:
   using Reply = std::function<void(HttpAnswer)>;  // to be called once, on any thread

@@ -13,21 +13,15 @@
 
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/check.h"
+#include "oaslam/util/free_by.h"
 
 namespace oaslam {
 namespace {
 
 namespace ssl = boost::asio::ssl;
 
-template <auto Free>
-struct Deleter {
-  template <typename T>
-  void operator()(T* value) const {
-    Free(value);
-  }
-};
-using Key = std::unique_ptr<EVP_PKEY, Deleter<EVP_PKEY_free>>;
-using Certificate = std::unique_ptr<X509, Deleter<X509_free>>;
+using Key = std::unique_ptr<EVP_PKEY, FreeBy<EVP_PKEY_free>>;
+using Certificate = std::unique_ptr<X509, FreeBy<X509_free>>;
 
 // The names of a certificate as OpenSSL takes them: "DNS:localhost,IP:127.0.0.1".
 std::string AlternativeNames(const ServerOptions& options) {
@@ -58,7 +52,7 @@ Certificate SelfSigned(EVP_PKEY* key, const ServerOptions& options) {
   X509_NAME_add_entry_by_txt(name, "CN", MBSTRING_ASC,
                              reinterpret_cast<const unsigned char*>("OA-SLAM"), -1, -1, 0);
   X509_set_issuer_name(x509, name);
-  const std::unique_ptr<X509_EXTENSION, Deleter<X509_EXTENSION_free>> names(X509V3_EXT_conf_nid(
+  const std::unique_ptr<X509_EXTENSION, FreeBy<X509_EXTENSION_free>> names(X509V3_EXT_conf_nid(
       nullptr, nullptr, NID_subject_alt_name, AlternativeNames(options).c_str()));
   if (!names) throw InputError("--host: a name that a certificate cannot have");
   X509_add_ext(x509, names.get(), -1);

@@ -1,18 +1,14 @@
 #include <atomic>
-#include <boost/beast/core.hpp>
-#include <boost/beast/websocket.hpp>
 #include <optional>
 
 #include "matchers.h"
 #include "test_server.h"
+#include "web_socket_client.h"
 
 namespace oaslam {
 namespace {
 
-namespace asio = boost::asio;
-namespace beast = boost::beast;
-namespace websocket = beast::websocket;
-using asio::ip::tcp;
+using Client = WebSocketClient;
 using std::chrono::milliseconds;
 
 constexpr size_t kMaxMessage = 1000;
@@ -56,49 +52,6 @@ class Echo : public WebSocketHandler {
   std::promise<void> closed_;
 };
 
-class Client {
- public:
-  explicit Client(const TestServer& server, const std::string& protocols = {}) : socket_(io_) {
-    socket_.next_layer().connect({asio::ip::address_v4::loopback(), server.port()});
-    socket_.set_option(websocket::stream_base::decorator([&](websocket::request_type& request) {
-      if (!protocols.empty()) request.set(beast::http::field::sec_websocket_protocol, protocols);
-    }));
-    socket_.read_message_max(size_t{1} << 28);
-    socket_.handshake(response_, "localhost", "/ws");
-  }
-  void Send(const std::string& message, bool is_text = true) {
-    socket_.text(is_text);
-    socket_.write(asio::buffer(message));
-  }
-  // Of a message that does not end with it.
-  void SendPart(const std::string& part) { socket_.write_some(false, asio::buffer(part)); }
-  std::string Read() {
-    beast::flat_buffer buffer;
-    socket_.read(buffer);
-    return beast::buffers_to_string(buffer.data());
-  }
-  std::string Ask(const std::string& message, bool is_text = true) {
-    Send(message, is_text);
-    return Read();
-  }
-  // Reads until the connection ends; the status that the server closed it with, 0: none came.
-  int ReadClose() {
-    beast::flat_buffer buffer;
-    boost::system::error_code error;
-    while (!error) socket_.read(buffer, error);
-    return socket_.reason().code;
-  }
-  std::string protocol() {
-    return std::string(response_[beast::http::field::sec_websocket_protocol]);
-  }
-  bool got_text() const { return socket_.got_text(); }
-
- private:
-  asio::io_context io_;
-  websocket::response_type response_;
-  websocket::stream<tcp::socket> socket_;
-};
-
 class WebSocketTest : public testing::Test {
  protected:
   WebSocketTest() {
@@ -121,7 +74,7 @@ class WebSocketTest : public testing::Test {
 
 TEST_F(WebSocketTest, MessagesGoBothWays) {
   const TestServer server(service_, options_);
-  Client client(server);
+  Client client(server.port());
   EXPECT_EQ(client.Ask("text"), "text");
   EXPECT_TRUE(client.got_text());
   const std::string bytes("\0\xff\x80", 3);
@@ -133,15 +86,15 @@ TEST_F(WebSocketTest, MessagesGoBothWays) {
 // A browser wants one of those that it offered, or none if it offered none.
 TEST_F(WebSocketTest, OurSubprotocolIsChosenWhereItIsOffered) {
   const TestServer server(service_, options_);
-  EXPECT_EQ(Client(server).protocol(), "");
-  EXPECT_EQ(Client(server, "chat").protocol(), "");
-  EXPECT_EQ(Client(server, "oaslam.token.abc, oaslam").protocol(), "oaslam");
+  EXPECT_EQ(Client(server.port()).protocol(), "");
+  EXPECT_EQ(Client(server.port(), "chat").protocol(), "");
+  EXPECT_EQ(Client(server.port(), "oaslam.token.abc, oaslam").protocol(), "oaslam");
 }
 
 TEST_F(WebSocketTest, ElsewhereThereIsNone) {
   service_->upgrade = [] { return nullptr; };
   const TestServer server(service_, options_);
-  EXPECT_THROW(Client{server}, beast::system_error);
+  EXPECT_THROW(Client{server.port()}, boost::system::system_error);
   const std::string fields =
       "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
       "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
@@ -153,13 +106,13 @@ TEST_F(WebSocketTest, ElsewhereThereIsNone) {
 
 TEST_F(WebSocketTest, MessagesAreBounded) {
   const TestServer server(service_, options_);
-  Client client(server);
+  Client client(server.port());
   const std::string most(kMaxMessage, 'x');
   EXPECT_EQ(client.Ask(most), most);
   client.Send(most + "x");
   EXPECT_EQ(client.ReadClose(), 1009);
   EXPECT_TRUE(Comes(LastHandler()->Closed()));
-  Client in_parts(server);
+  Client in_parts(server.port());
   for (const std::string& part : {most, std::string("x")}) in_parts.SendPart(part);
   EXPECT_EQ(in_parts.ReadClose(), 1009);
 }
@@ -167,9 +120,9 @@ TEST_F(WebSocketTest, MessagesAreBounded) {
 TEST_F(WebSocketTest, AnOpenOneMakesNoPlaceForOthers) {
   options_.max_connections = 2;
   const TestServer server(service_, options_);
-  Client silent(server);
+  Client silent(server.port());
   {
-    Client other(server);
+    Client other(server.port());
     EXPECT_THAT(AnswerTo(server, Get("/")), StartsWith("HTTP/1.1 503 "));
     EXPECT_EQ(other.Ask("here"), "here");
   }
@@ -180,7 +133,7 @@ TEST_F(WebSocketTest, AnOpenOneMakesNoPlaceForOthers) {
 
 TEST_F(WebSocketTest, MalformedFramesEndTheirConnectionOnly) {
   const TestServer server(service_, options_);
-  Client other(server);
+  Client other(server.port());
   // What follows the first byte is masked by zeros.
   const std::string mask(4, '\0');
   const std::string of_two = "\x82" + mask;
@@ -210,7 +163,7 @@ TEST_F(WebSocketTest, MalformedFramesEndTheirConnectionOnly) {
 
 TEST_F(WebSocketTest, TheHandlerMayClose) {
   const TestServer server(service_, options_);
-  Client client(server);
+  Client client(server.port());
   client.Send("close");
   EXPECT_EQ(client.ReadClose(), 1008);
   EXPECT_TRUE(Comes(LastHandler()->Closed()));
@@ -219,10 +172,10 @@ TEST_F(WebSocketTest, TheHandlerMayClose) {
 // Who sends each message once the one before is written never sends more than the connection takes.
 TEST_F(WebSocketTest, WhoDoesNotReadIsNotSentMore) {
   const TestServer server(service_, options_);
-  Client stalled(server);
+  Client stalled(server.port());
   const std::shared_ptr<Echo> handler = LastHandler();
   stalled.Send("flood");
-  Client other(server);
+  Client other(server.port());
   for (int i = 0; i < 20; ++i) EXPECT_EQ(other.Ask("here"), "here");
   EXPECT_LT(handler->flooded(), kFlood);
   for (int i = 0; i < kFlood; ++i)
@@ -233,9 +186,9 @@ TEST_F(WebSocketTest, WhoDoesNotReadIsNotSentMore) {
 TEST_F(WebSocketTest, WhoDoesNotAnswerIsGivenUp) {
   options_.patience = milliseconds(100);
   const TestServer server(service_, options_);
-  Client silent(server);
+  Client silent(server.port());
   EXPECT_TRUE(Comes(LastHandler()->Closed()));
-  Client stalled(server);
+  Client stalled(server.port());
   const std::shared_ptr<Echo> handler = LastHandler();
   stalled.Send("flood");
   EXPECT_TRUE(Comes(handler->Closed()));
@@ -247,7 +200,7 @@ TEST_F(WebSocketTest, ItsHandlerGoesWithTheConnection) {
   std::weak_ptr<Echo> handler;
   std::future<void> closed;
   {
-    Client client(server);
+    Client client(server.port());
     client.Ask("text");
     handler = LastHandler();
     closed = handler.lock()->Closed();
@@ -259,7 +212,7 @@ TEST_F(WebSocketTest, ItsHandlerGoesWithTheConnection) {
 
 TEST_F(WebSocketTest, TheEndOfTheServerIsTold) {
   TestServer server(service_, options_);
-  std::optional<Client> client(server);
+  std::optional<Client> client(server.port());
   client->Ask("text");
   const std::future<void> ended = server.Drain();
   EXPECT_EQ(client->ReadClose(), 1001);
@@ -272,7 +225,7 @@ TEST_F(WebSocketTest, TheEndOfTheServerIsTold) {
 TEST_F(WebSocketTest, TheEndDoesNotWaitForThoseWhoDoNotListen) {
   options_.patience = 10 * kAtMost;
   TestServer server(service_, options_);
-  Client deaf(server), stalled(server);
+  Client deaf(server.port()), stalled(server.port());
   stalled.Send("flood");
   const std::future<void> ended = server.Drain();
   ASSERT_TRUE(Comes(ended));

@@ -12,7 +12,6 @@ namespace oaslam {
 void AddMapDelta(const Map* before, const Map& now, const ClassNames& names,
                  MessageBuilder& message);
 
-// Describes a map object for display.
 nlohmann::json DescribeObject(ObjectId id, const Object& object, const ClassNames& names);
 
 // [qx, qy, qz, qw, x, y, z] of world_from_cam, as the page expects it.

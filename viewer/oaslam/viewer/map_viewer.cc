@@ -50,7 +50,7 @@ class OASLAM_LOCAL MapViewer::Impl {
 };
 
 FrameRecord RecordOf(const Slam& slam, const TrackingResult& result) {
-  return {.result = result, .view = slam.NewestView()->frame};
+  return {.result = result, .view = *slam.NewestView()};
 }
 
 MapViewer::MapViewer(const Slam& slam, const MapViewerOptions& options)

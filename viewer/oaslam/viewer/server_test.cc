@@ -1,4 +1,3 @@
-#include <boost/asio/write.hpp>
 #include <thread>
 
 #include "matchers.h"
@@ -11,9 +10,6 @@
 
 namespace oaslam {
 namespace {
-
-namespace asio = boost::asio;
-using asio::ip::tcp;
 
 std::string Get(const std::string& target, const std::string& headers) {
   return "GET " + target + " HTTP/1.1\r\nConnection: close\r\n" + headers + "\r\n";
@@ -255,9 +251,8 @@ TEST(Viewer, AViewerThatStopsReadingDelaysNobody) {
 
 TEST(Viewer, EndsWhateverIsOpen) {
   auto viewer = std::make_unique<Viewer>(ViewerOptions{});
-  asio::io_context io;
-  tcp::socket half = ConnectTo(io, viewer->url());
-  asio::write(half, asio::buffer(std::string("GET / HT")));
+  RawClient half(PortOf(viewer->url()));
+  half.Send("GET / HT");
   PageClient silent(viewer->url()), page(viewer->url());
   viewer->ShowMap(SomeMap(), {});
   page.ReadUntil("update");

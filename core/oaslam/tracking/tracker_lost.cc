@@ -26,14 +26,6 @@ double MedianDepthOfObjects(const Map& map, const Relocalization& found) {
   return depths.empty() ? 0 : Median(std::move(depths));
 }
 
-// Of the points that the odometry follows, in its unit; 0 without any.
-double MedianDepthOfMotion(const FrameMotion& motion) {
-  std::vector<double> inverse;
-  for (const FrameMotion::KnownDepth& point : motion.depths)
-    if (point.inverse_depth > 0) inverse.push_back(point.inverse_depth);
-  return inverse.empty() ? 0 : 1 / Median(std::move(inverse));
-}
-
 }  // namespace
 
 Relocalization Tracker::Find(const Frame& frame, const Map& map, const TrackingContext& context,
@@ -124,7 +116,7 @@ ImagePose Tracker::PlaceByRegistration(const Frame& frame, const Map& map,
   if (!registered) return {};
   const ImagePose pose =
       PoseWithoutLandmarks(PoseSource::kRegistration, registered->pose, registered->agreeing,
-                           registered->unit * MedianDepthOfMotion(*frame.motion));
+                           registered->unit * MedianDepthOf(*frame.motion, 0));
   return context.IsMapping() ? pose : Record(frame, map, pose);
 }
 
