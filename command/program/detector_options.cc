@@ -61,7 +61,7 @@ CLI::Option* AddDetectorOptions(CLI::App& app, DetectorSettings& settings) {
 void AddDetectEveryOption(CLI::App& app, DetectorSettings& settings) {
   app.add_option("--detect-every", settings.every,
                  "Run the detector on every Nth image; by default where the view has changed, and "
-                 "on all while the camera is lost")
+                 "ten times a second at most while the camera is lost")
       ->type_name("N")
       ->check(CLI::Range(1, 1000));
 }

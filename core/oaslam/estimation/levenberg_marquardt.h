@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,8 @@
 #include <stop_token>
 #include <type_traits>
 #include <utility>
+
+#include "oaslam/geometry/decompositions.h"
 
 namespace oaslam {
 
@@ -105,7 +106,7 @@ NormalEquations<N> MinimizeDense(LevenbergMarquardtOptions options, State& state
       Eigen::Matrix<double, N, N> damped = here.hessian;
       damped.diagonal() *= 1 + damping;
       damped.diagonal().array() += kFloor;
-      const Eigen::Matrix<double, N, 1> step = damped.ldlt().solve(-here.gradient);
+      const Eigen::Matrix<double, N, 1> step = SolveSymmetric<N>(damped, -here.gradient);
       const std::optional<State> next = step.allFinite() ? moved(from, step) : std::nullopt;
       if (next) from = *next;
       return next.has_value();
@@ -120,12 +121,7 @@ NormalEquations<N> MinimizeDense(LevenbergMarquardtOptions options, State& state
 // problem does not determine all of them.
 template <int N>
 std::optional<Eigen::Matrix<double, N, N>> CovarianceOf(const NormalEquations<N>& equations) {
-  constexpr double kLeastPivot = 1e-12;  // relative to the largest: above the errors of rounding
-  const Eigen::LDLT<Eigen::Matrix<double, N, N>> factor(equations.hessian);
-  if (factor.info() != Eigen::Success ||
-      !(factor.vectorD().minCoeff() > kLeastPivot * factor.vectorD().maxCoeff()))
-    return std::nullopt;
-  return factor.solve(Eigen::Matrix<double, N, N>::Identity());
+  return InverseOfInformation<N>(equations.hessian);
 }
 
 }  // namespace oaslam

@@ -1,7 +1,8 @@
 #include "oaslam/estimation/plane_fit.h"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
+
+#include "oaslam/geometry/decompositions.h"
 
 namespace oaslam {
 namespace {
@@ -33,8 +34,7 @@ Plane LeastSquares(std::span<const Eigen::Vector3d> points, const std::vector<in
   mean /= static_cast<double>(inliers.size());
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const int i : inliers) scatter += (points[i] - mean) * (points[i] - mean).transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
-  return {axes.eigenvectors().col(0), mean};
+  return {EigenOfSymmetric(scatter).vectors.col(0), mean};
 }
 
 }  // namespace

@@ -2,11 +2,11 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
-#include <Eigen/SVD>
 #include <array>
 #include <cmath>
 
 #include "oaslam/estimation/pose_refinement.h"
+#include "oaslam/geometry/decompositions.h"
 
 namespace oaslam {
 namespace {
@@ -47,8 +47,8 @@ Vector9d LeastSquaresNullVector(const Matrix9d& normal) {
 }
 
 Eigen::Matrix3d NearestEssential(const Eigen::Matrix3d& m) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  return svd.matrixU() * Eigen::Vector3d(1, 1, 0).asDiagonal() * svd.matrixV().transpose();
+  const SingularValues svd = SingularValuesOf(m);
+  return svd.u * Eigen::Vector3d(1, 1, 0).asDiagonal() * svd.v.transpose();
 }
 
 double ClippedScore(double chi2, double bound) { return chi2 < bound ? kChi2TwoDof - chi2 : 0; }
@@ -154,13 +154,13 @@ TwoViewModel FitEssential(const RayMatches& matches, int iterations, Rng& rng) {
 
 std::vector<Rigid3> MotionsOfEssential(
     const Eigen::Matrix3d& essential) {  // Hartley & Zisserman, result 9.19
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(essential, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const SingularValues svd = SingularValuesOf(essential);
   Eigen::Matrix3d w;
   w << 0, -1, 0, 1, 0, 0, 0, 0, 1;
-  const Eigen::Vector3d t = svd.matrixU().col(2);
+  const Eigen::Vector3d t = svd.u.col(2);
   std::vector<Rigid3> motions;
   for (const Eigen::Matrix3d& middle : {w, Eigen::Matrix3d(w.transpose())}) {
-    Eigen::Matrix3d r = svd.matrixU() * middle * svd.matrixV().transpose();
+    Eigen::Matrix3d r = svd.u * middle * svd.v.transpose();
     if (r.determinant() < 0) r = -r;
     motions.emplace_back(r, t);
     motions.emplace_back(r, -t);
@@ -171,18 +171,17 @@ std::vector<Rigid3> MotionsOfEssential(
 // Ma, Soatto, Kosecka, Sastry, "An Invitation to 3-D Vision", algorithm 5.2.
 std::vector<Rigid3> MotionsOfHomography(const Eigen::Matrix3d& homography,
                                         const RayMatches& matches) {
-  Eigen::Matrix3d h =
-      homography / Eigen::JacobiSVD<Eigen::Matrix3d>(homography).singularValues()(1);
+  Eigen::Matrix3d h = homography / SingularValuesOf(homography).values(1);
   int positive = 0;
   for (int i = 0; i < matches.size(); ++i)
     positive += matches.second[i].dot(h * matches.first[i]) > 0;
   if (2 * positive < matches.size()) h = -h;
 
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(h.transpose() * h);  // ascending
-  const double s1 = eigen.eigenvalues()(2), s3 = eigen.eigenvalues()(0);
+  const SymmetricEigen<3> eigen = EigenOfSymmetric(Eigen::Matrix3d(h.transpose() * h));
+  const double s1 = eigen.values(2), s3 = eigen.values(0);
   if (!(s1 - s3 > 1e-4)) return {};
-  const Eigen::Vector3d v1 = eigen.eigenvectors().col(2), v2 = eigen.eigenvectors().col(1),
-                        v3 = eigen.eigenvectors().col(0);
+  const Eigen::Vector3d v1 = eigen.vectors.col(2), v2 = eigen.vectors.col(1),
+                        v3 = eigen.vectors.col(0);
   const double a = std::sqrt(std::max(0.0, 1 - s3) / (s1 - s3)),
                b = std::sqrt(std::max(0.0, s1 - 1) / (s1 - s3));
   std::vector<Rigid3> motions;

@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include "oaslam/estimation/levenberg_marquardt.h"
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/geometry/skew.h"
-#include "oaslam/geometry/symmetric_eigen.h"
 
 namespace oaslam {
 namespace {

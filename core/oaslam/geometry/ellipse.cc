@@ -6,12 +6,12 @@
 #include <numbers>
 
 #include "oaslam/geometry/box.h"
-#include "oaslam/geometry/symmetric_eigen.h"
+#include "oaslam/geometry/decompositions.h"
 
 namespace oaslam {
 
 PrincipalAxes PrincipalAxesOf(const Eigen::Matrix2d& covariance) {
-  const SymmetricEigen2 axes = EigenOfSymmetric(covariance);
+  const SymmetricEigen<2> axes = EigenOfSymmetric(covariance);
   const Eigen::Vector2d half = axes.values.cwiseMax(0).cwiseSqrt();
   const Eigen::Vector2d major = axes.vectors.col(1);
   double angle = std::atan2(major.y(), major.x());

@@ -1,10 +1,12 @@
 #include "oaslam/mapping/loop_proposals.h"
 
-#include <Eigen/SVD>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <span>
 #include <utility>
+
+#include "oaslam/geometry/decompositions.h"
 
 namespace oaslam {
 namespace {
@@ -35,12 +37,11 @@ struct OldThing {
 std::optional<Eigen::Quaterniond> FitTurn(const Eigen::Matrix3d& to_from_covariance,
                                           const std::optional<Eigen::Vector3d>& up) {
   if (!up) {
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(to_from_covariance,
-                                                Eigen::ComputeFullU | Eigen::ComputeFullV);
-    if (svd.singularValues()[1] < 1e-6 * svd.singularValues()[0]) return std::nullopt;
+    const SingularValues svd = SingularValuesOf(to_from_covariance);
+    if (svd.values[1] < 1e-6 * svd.values[0]) return std::nullopt;
     Eigen::Vector3d signs = Eigen::Vector3d::Ones();
-    if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) signs.z() = -1;
-    return Eigen::Quaterniond(svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose());
+    if (svd.u.determinant() * svd.v.determinant() < 0) signs.z() = -1;
+    return Eigen::Quaterniond(svd.u * signs.asDiagonal() * svd.v.transpose());
   }
   // The angle a about u that maximises sum to . R(a) from, which is sin(a) u . sum(from x to) +
   // cos(a) sum(from . to - (u . from) (u . to)) and a constant.

@@ -1,9 +1,10 @@
 #include "oaslam/matching/plane_support.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <optional>
+
+#include "oaslam/geometry/decompositions.h"
 
 namespace oaslam {
 namespace {
@@ -28,8 +29,7 @@ std::optional<Plane> Fit(std::span<const Eigen::Vector3d> points,
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const Eigen::Vector3d& x : points)
     if (is_used(x)) scatter += (x - mean) * (x - mean).transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter);
-  return Plane{eigen.eigenvectors().col(0), mean};
+  return Plane{EigenOfSymmetric(scatter).vectors.col(0), mean};
 }
 
 // Nearer to the plane than this share of the distance, points found and points expected are in it.

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -13,8 +12,8 @@
 #include <span>
 #include <vector>
 
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/geometry/ellipsoid.h"
-#include "oaslam/geometry/symmetric_eigen.h"
 #include "oaslam/map/landmark_sets.h"
 #include "oaslam/objects/object_model.h"
 #include "oaslam/objects/usual_sizes.h"
@@ -74,14 +73,13 @@ Eigen::Matrix3d AxesOf(const Ellipsoid& ellipsoid, const UsualSize& size,
   const Eigen::Matrix3d scaled = ScaledAxes(ellipsoid);
   const Eigen::Matrix3d shape = scaled * scaled.transpose();
   if (size.lies_anyhow) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> sorted(shape);
-    return sorted.eigenvectors().rowwise().reverse();
+    return EigenOfSymmetric(shape).vectors.rowwise().reverse();
   }
   const Eigen::Vector3d level = up.unitOrthogonal();
   Eigen::Matrix<double, 3, 2> ground;
   ground << level, up.cross(level);
   const Eigen::Matrix2d shadow = ground.transpose() * shape * ground;
-  const SymmetricEigen2 sorted = EigenOfSymmetric(shadow);
+  const SymmetricEigen<2> sorted = EigenOfSymmetric(shadow);
   Eigen::Matrix3d axes;
   axes << ground * sorted.vectors.col(1), ground * sorted.vectors.col(0), up;
   return axes;

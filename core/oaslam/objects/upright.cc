@@ -1,6 +1,5 @@
 #include "oaslam/objects/upright.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/geometry/degree.h"
 #include "oaslam/util/median.h"
 
@@ -95,10 +95,10 @@ LevelFit FitLevel(std::span<const Eigen::Vector3d> axes) {
       moment += weight * axis * axis.transpose();
       weights += weight;
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(moment / weights);
-    fit.up = solver.eigenvectors().col(0);
-    fit.spread = solver.eigenvalues()[1];
-    fit.ratio = solver.eigenvalues()[1] / std::max(solver.eigenvalues()[0], 1e-12);
+    const auto [values, vectors] = EigenOfSymmetric(Eigen::Matrix3d(moment / weights));
+    fit.up = vectors.col(0);
+    fit.spread = values[1];
+    fit.ratio = values[1] / std::max(values[0], 1e-12);
   }
   constexpr int kSectors = 24;  // of 15 degrees, as kNewView
   const Eigen::Vector3d east = fit.up.unitOrthogonal(), north = fit.up.cross(east);

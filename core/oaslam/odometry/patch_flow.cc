@@ -1,6 +1,5 @@
 #include "oaslam/odometry/patch_flow.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>

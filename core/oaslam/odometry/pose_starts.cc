@@ -1,13 +1,12 @@
 #include "oaslam/odometry/pose_starts.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
 #include "oaslam/estimation/huber.h"
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/geometry/degree.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/geometry/skew.h"
@@ -28,9 +27,9 @@ Eigen::Matrix3d RotationBetween(std::span<const Eigen::Vector2d> first,
       const double weight = 1 / (1 + (start * a - b).squaredNorm() / (sigma * sigma));
       sum += weight * b * a.transpose();
     }
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant();
-    start = svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+    const SingularValues svd = SingularValuesOf(sum);
+    const double sign = (svd.u * svd.v.transpose()).determinant();
+    start = svd.u * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.v.transpose();
     sigma = std::max(kLast, sigma * kShrink);
   }
   return start;
@@ -79,7 +78,7 @@ Rigid3 RefinePose(std::span<const PosePoint> points, const WindowOptions& option
       gradient.tail<3>() += turned.angle() / prior.rotation->variance * turned.axis();
     }
     hessian.diagonal().array() += 1e-6;  // a camera without points stays
-    const PoseVector step = -hessian.ldlt().solve(gradient);
+    const PoseVector step = -SolveSymmetric<6>(hessian, gradient);
     if (!step.allFinite()) break;
     pose = Moved(pose, step);
     if (inflation > 1)

@@ -9,6 +9,7 @@
 #include "oaslam/estimation/hidden_edges.h"
 #include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/geometry/box.h"
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/geometry/degree.h"
 
 namespace oaslam {
@@ -244,7 +245,7 @@ struct MatchedBoxes {
     Eigen::Matrix<double, 6, 6> damped = equations.hessian;
     damped.diagonal() +=
         (damping * damped.diagonal().array() + 1e-9 * damped.diagonal().maxCoeff()).matrix();
-    const PoseVector step = -damped.ldlt().solve(equations.gradient);
+    const PoseVector step = -SolveSymmetric<6>(damped, equations.gradient);
     if (!step.allFinite()) return false;
     pose = Moved(pose, step);
     return true;

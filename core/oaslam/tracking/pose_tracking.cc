@@ -8,8 +8,8 @@
 
 #include "oaslam/estimation/pose_by_matches.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/geometry/pose_step.h"
-#include "oaslam/geometry/symmetric_eigen.h"
 #include "oaslam/matching/descriptor_match.h"
 #include "oaslam/matching/point_observation.h"
 #include "oaslam/matching/projection_search.h"
@@ -37,7 +37,8 @@ double Spread(const PoseReport& pose, const MatchedPoints& matched, const Camera
   }
   if (pose.inliers == 0) return 0;
   const Eigen::Vector2d mean = sum / pose.inliers;
-  const SymmetricEigen2 eigen = EigenOfSymmetric(squares / pose.inliers - mean * mean.transpose());
+  const SymmetricEigen<2> eigen =
+      EigenOfSymmetric(Eigen::Matrix2d(squares / pose.inliers - mean * mean.transpose()));
   return pose.inliers * std::max(0.0, eigen.values(0));
 }
 
