@@ -1,5 +1,6 @@
 #include "oaslam/odometry/patch_flow.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
