@@ -56,14 +56,11 @@ void Export(const ExportArguments& options) {
   if (const auto chosen = ChosenRecording(options.recording, options.images, saved.recordings))
     saved = OfRecording(saved, *chosen);
   const OutputFolder folder = Check(options, saved);
-  if (IsFolderOfFiles(options, saved))
-    ExportTumFiles(options.out, saved);
-  else
-    ExportMap(
-        saved, FormatOf(options), options.out,
-        {options.ellipsoids, options.images.empty() ? std::vector<std::string>()
-                                                    : SourcesOf(options.images, saved.recordings)},
-        FrameRange(options.common));
+  ExportMap(
+      saved, FormatOf(options), options.out,
+      {options.ellipsoids, options.images.empty() ? std::vector<std::string>()
+                                                  : SourcesOf(options.images, saved.recordings)},
+      FrameRange(options.common));
   spdlog::info("{} -> {}", options.map, options.out);
 }
 

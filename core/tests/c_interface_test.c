@@ -246,6 +246,7 @@ static void use_map(const char* path, const char* folder, const oaslam_camera* c
   CHECK(oaslam_map_export(map, OASLAM_PLY, file) == OASLAM_OK);
   CHECK(remove(file) == 0);
   CHECK(oaslam_map_export(map, OASLAM_GLTF, file) == OASLAM_INPUT_ERROR);
+  CHECK(oaslam_slam_create((oaslam_config)7, NULL, camera, &slam) == OASLAM_INPUT_ERROR);
   CHECK(oaslam_slam_create(OASLAM_LIVE, NULL, camera, &slam) == OASLAM_OK);
   CHECK(oaslam_slam_load_map(slam, map) == OASLAM_OK);
   CHECK(oaslam_slam_force_relocalization(slam, NULL) == OASLAM_OK);

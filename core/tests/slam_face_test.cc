@@ -441,6 +441,8 @@ TEST_F(SlamWithMap, MapsAreMergedAndExportedAsData) {
   EXPECT_TRUE(std::filesystem::exists(Path("colmap/points3D.txt")));
   EXPECT_TRUE(exported(MapFormat::kNerfstudio, "nerf"));
   EXPECT_INPUT_ERROR(exported(MapFormat::kPly, "a.glb"), HasSubstr("a file .ply"));
+  EXPECT_INPUT_ERROR(exported(static_cast<MapFormat>(77), "odd"), HasSubstr("format 77"));
+  EXPECT_FALSE(std::filesystem::exists(Path("odd")));
   EXPECT_INPUT_ERROR(ExportMap(MapSnapshot(), MapFormat::kPly, Path("b.ply")), HasSubstr("empty"));
   EXPECT_INPUT_ERROR(ExportMap(map, MapFormat::kColmap, Path("c"), {.images = {"one", "another"}}),
                      HasSubstr("2 sources of images for a map of 1 recordings"));
@@ -464,6 +466,7 @@ TEST_F(SlamWithMap, EventsTellWhatHappenedBetweenTwoLooks) {
   const uint64_t seen = events.back().number;
   ASSERT_TRUE(slam.PlaceAnchor({.name = "a", .model = "flag", .pose = Rigid3()}).IsDone());
   ASSERT_TRUE(slam.EditAnchor("a", {.size = 2}).IsDone());
+  ASSERT_TRUE(slam.EditAnchor("a", {}).IsDone());  // changes nothing
   ASSERT_TRUE(slam.EditAnchor("a", {.name = "b"}).IsDone());
   ASSERT_FALSE(slam.RemoveAnchor("a").IsDone());
   ASSERT_TRUE(slam.RemoveAnchor("b").IsDone());

@@ -48,8 +48,8 @@ struct FeaturesConfig {
 
 // Tracking of the camera.
 struct TrackingConfig {
-  int min_inliers = 30;             // inlier landmarks that a pose needs; 15 suffice where more
-                                    // than half of the matched landmarks are inliers
+  int min_inliers = 30;             // inlier landmarks that a pose needs, at least 15; 15 suffice
+                                    // where more than half of the matched landmarks are inliers
   double max_object_sigma = 0.015;  // standard deviation of a position by objects alone,
                                     // divided by the distance; less certain poses are not in
                                     // the trajectory

@@ -27,8 +27,11 @@ struct ExportOptions {
 //
 //   ExportMap(slam.WholeMap(), MapFormat::kGltf, "room.glb");
 //
-// Throws InputError for a map without keyframes, a file name whose extension is not that of the
-// format, and a file that cannot be written.
+// kTum writes one file for all recordings; where their times overlap, `path` must name a folder,
+// which has no extension and gets a file of each. Throws InputError for a map without keyframes, a
+// file name whose extension is not that of the format, another number of `images` than of
+// recordings, images that cannot be read, and a file that cannot be written. Then a folder may have
+// a part of its files.
 OASLAM_API void ExportMap(const MapSnapshot& map, MapFormat format, const std::string& path,
                           const ExportOptions& options = {});
 

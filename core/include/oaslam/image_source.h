@@ -48,8 +48,9 @@ struct ImageSourceOptions {
   // BGR from videos and cameras, which decode to BGR anyway; image files stay grey.
   bool color_if_free = false;
   // The unit of the time stamps in a list or in image names, in seconds: 1, 1e-3, 1e-6 or 1e-9.
-  // Where it is empty, the unit of names that are dates is recognised; other times are taken as
-  // seconds, and refused where the step between images does not look like seconds.
+  // Where it is empty, the unit of names that are dates is recognised, and that of a list which
+  // names it in its header ("[ns]"); other times are taken as seconds, and refused where the step
+  // between images does not look like seconds.
   std::optional<double> time_unit{};
   // Suppresses log messages about the source, because another reader of the same source writes
   // them.

@@ -15,7 +15,8 @@ namespace oaslam {
 
 // The map after a change to one of its objects. `config.objects` tells how an ellipsoid is fitted
 // to the boxes of two objects. Throws InputError where the map has no such object, and where two
-// objects cannot be one: they are of two classes, or no ellipsoid explains the boxes of both.
+// objects cannot be one: they are of two classes, or no ellipsoid can be fitted to the boxes of
+// both. Whether they are one thing is the judgement of the caller.
 OASLAM_API MapSnapshot EditObject(const MapSnapshot& map, ObjectId object, const ObjectEdit& edit,
                                   const SlamConfig& config = SlamConfig::Offline());
 

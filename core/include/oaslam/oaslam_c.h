@@ -29,12 +29,12 @@ typedef enum {
   OASLAM_OK = 0,
   OASLAM_INPUT_ERROR = 1,   /* an argument, image or file cannot be used */
   OASLAM_MAPPING_ERROR = 2, /* mapping has ended; the map can still be saved */
-  OASLAM_REFUSED = 3,       /* an anchor cannot be placed or changed so, or a scale is not known */
+  OASLAM_REFUSED = 3,       /* no place for an anchor, no known scale, maps that do not match */
   OASLAM_OTHER_ERROR = 4    /* e.g. memory ran out */
 } oaslam_status;
 
-/* The message of this thread's last call that did not return OASLAM_OK. It lives until the
- * thread's next such call. */
+/* The message of this thread's last call that did not return OASLAM_OK, or of its last relocalize
+ * call: why the image was not found. It lives until the thread's next such call. */
 OASLAM_API const char* oaslam_error(void);
 
 /* The numbers of oaslam::TrackingState, PoseSource, PoseEvidence and RelocalizationMode. */
@@ -381,8 +381,7 @@ OASLAM_API oaslam_status oaslam_slam_whole_map(const oaslam_slam* slam, oaslam_m
 OASLAM_API oaslam_status oaslam_map_load(const char* path, oaslam_map** map);
 OASLAM_API void oaslam_map_destroy(oaslam_map* map);
 OASLAM_API oaslam_status oaslam_map_save(const oaslam_map* map, const char* path);
-/* Returns the bytes of the file that oaslam_map_save writes. `bytes` belong to the map, until
- * the map is destroyed or this function is called again. */
+/* Returns the bytes of the file that oaslam_map_save writes. `bytes` live as long as the map. */
 OASLAM_API oaslam_status oaslam_map_to_bytes(oaslam_map* map, const uint8_t** bytes, size_t* count);
 OASLAM_API oaslam_status oaslam_map_from_bytes(const uint8_t* bytes, size_t count,
                                                oaslam_map** map);

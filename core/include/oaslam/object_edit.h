@@ -15,8 +15,8 @@ namespace oaslam {
 struct ObjectEdit {
   // The object's new name, without control characters; empty: that of its class.
   std::optional<std::string> name{};
-  // Another object of the map that is the same thing. Its boxes go to the edited object, and its id
-  // stands for the edited object from then on.
+  // Another object of the map that is the same thing. Its boxes go to the edited object. Its id is
+  // no longer in the map; anchors and later edits take it for that of the edited object.
   std::optional<ObjectId> same_as{};
   bool remove = false;  // the map forgets the object; what is seen again is mapped anew
 };

@@ -22,7 +22,7 @@ struct oaslam_map {
 
   oaslam::MapSnapshot map;
   // Arrays are made when they are first asked for, by whichever thread.
-  std::once_flag has_objects, has_anchors, has_landmarks, has_keyframes;
+  std::once_flag has_objects, has_anchors, has_landmarks, has_keyframes, has_bytes;
   std::vector<oaslam::MapSnapshot::Object> named_objects;
   std::vector<oaslam::AnchorPose> named_anchors;
   std::vector<oaslam_object> objects;

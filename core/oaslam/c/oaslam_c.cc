@@ -58,6 +58,8 @@ oaslam_status oaslam_slam_create(oaslam_config config, const char* settings,
                                  const oaslam_camera* camera, oaslam_slam** slam) {
   return Call(
       [&] {
+        if (config != OASLAM_LIVE && config != OASLAM_OFFLINE)
+          throw InputError("config: " + std::to_string(config) + ", allowed: 0, 1");
         SlamConfig chosen = config == OASLAM_LIVE ? SlamConfig::Live() : SlamConfig::Offline();
         if (settings) LoadConfig(settings, chosen);
         *slam = new oaslam_slam{Slam(chosen, CameraOf(*camera))};

@@ -66,7 +66,7 @@ oaslam_status oaslam_map_save(const oaslam_map* map, const char* path) {
 oaslam_status oaslam_map_to_bytes(oaslam_map* map, const uint8_t** bytes, size_t* count) {
   return Call(
       [&] {
-        map->bytes = map->map.ToBytes();
+        std::call_once(map->has_bytes, [&] { map->bytes = map->map.ToBytes(); });
         *bytes = reinterpret_cast<const uint8_t*>(map->bytes.data());
         *count = map->bytes.size();
       },
@@ -135,6 +135,7 @@ oaslam_status oaslam_map_export(const oaslam_map* map, oaslam_map_format format,
 
 const oaslam_object* oaslam_map_objects(const oaslam_map* map, size_t* count) {
   return Array(map, &oaslam_map::has_objects, &oaslam_map::objects, count, [](oaslam_map& m) {
+    m.objects.clear();  // of a call that ran out of memory
     m.named_objects = m.map.Objects().ToVector();
     for (const MapSnapshot::Object& o : m.named_objects) m.objects.push_back(ObjectOf(o));
   });
@@ -142,6 +143,7 @@ const oaslam_object* oaslam_map_objects(const oaslam_map* map, size_t* count) {
 
 const oaslam_anchor* oaslam_map_anchors(const oaslam_map* map, size_t* count) {
   return Array(map, &oaslam_map::has_anchors, &oaslam_map::anchors, count, [](oaslam_map& m) {
+    m.anchors.clear();
     m.named_anchors = m.map.Anchors();
     for (const AnchorPose& a : m.named_anchors) m.anchors.push_back(AnchorOf(a));
   });
@@ -149,6 +151,7 @@ const oaslam_anchor* oaslam_map_anchors(const oaslam_map* map, size_t* count) {
 
 const oaslam_landmark* oaslam_map_landmarks(const oaslam_map* map, size_t* count) {
   return Array(map, &oaslam_map::has_landmarks, &oaslam_map::landmarks, count, [](oaslam_map& m) {
+    m.landmarks.clear();
     for (const MapSnapshot::Landmark& l : m.map.Landmarks())
       m.landmarks.push_back(
           {l.id.value, {l.position.x(), l.position.y(), l.position.z()}, l.observations});
@@ -157,6 +160,7 @@ const oaslam_landmark* oaslam_map_landmarks(const oaslam_map* map, size_t* count
 
 const oaslam_keyframe* oaslam_map_keyframes(const oaslam_map* map, size_t* count) {
   return Array(map, &oaslam_map::has_keyframes, &oaslam_map::keyframes, count, [](oaslam_map& m) {
+    m.keyframes.clear();
     for (const MapSnapshot::Keyframe& k : m.map.Keyframes())
       m.keyframes.push_back({k.id.value, k.timestamp, PoseOf(k.world_from_cam)});
   });

@@ -1,16 +1,28 @@
 #include "oaslam/export_map.h"
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
+#include <iterator>
 #include <system_error>
 
 #include "oaslam/exports/map_export.h"
 #include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/util/bad_input.h"
+#include "oaslam/util/named.h"
 
 namespace oaslam {
 namespace {
+
+constexpr Named<MapFormat> kFormats[] = {{MapFormat::kPly, "ply"},
+                                         {MapFormat::kGltf, "gltf"},
+                                         {MapFormat::kTum, "tum"},
+                                         {MapFormat::kColmap, "colmap"},
+                                         {MapFormat::kNerfstudio, "nerfstudio"}};
+
+// Whether a path for trajectories names a folder, for a file of each recording.
+bool IsFolder(const std::string& path) {
+  return std::filesystem::is_directory(path) || !std::filesystem::path(path).has_extension();
+}
 
 void CheckExtension(MapFormat format, const std::string& path) {
   const std::string extension = std::filesystem::path(path).extension().string();
@@ -28,19 +40,23 @@ void MakeFolder(const std::string& path) {
 
 }  // namespace
 
-const char* ToString(MapFormat format) {
-  return std::to_array<const char*>(
-      {"ply", "gltf", "tum", "colmap", "nerfstudio"})[static_cast<size_t>(format)];
-}
+const char* ToString(MapFormat format) { return NameIn(kFormats, format); }
 
 void ExportMap(const SavedMap& saved, MapFormat format, const std::string& path,
-               const ExportOptions& options, const ImageSourceOptions& range) {
+               const ExportOptions& options, const ImageSourceOptions& range) try {
   if (saved.map.keyframes.empty()) throw InputError(path + ": the map to be exported is empty");
+  if (std::ranges::find(kFormats, format, &Named<MapFormat>::value) == std::end(kFormats))
+    throw BadInput("format {}: allowed: 0 to {}", static_cast<int>(format),
+                   std::size(kFormats) - 1);
   CheckExtension(format, path);
   if (format == MapFormat::kPly) return ExportPly(path, saved, options.with_ellipsoids);
   if (format == MapFormat::kGltf) return ExportGltf(path, saved);
-  if (format == MapFormat::kTum) return ExportTum(path, saved);
   const size_t recordings = std::max<size_t>(1, saved.recordings.size());
+  if (format == MapFormat::kTum) {
+    if (recordings == 1 || !IsFolder(path)) return ExportTum(path, saved);
+    MakeFolder(path);
+    return ExportTumFiles(path, saved);
+  }
   if (!options.images.empty() && options.images.size() != recordings)
     throw BadInput("{}: {} sources of images for a map of {} recordings", path,
                    options.images.size(), recordings);
@@ -51,6 +67,8 @@ void ExportMap(const SavedMap& saved, MapFormat format, const std::string& path,
       options.images.empty() ? ImagesByTime(saved) : FindImages(saved, options.images, color, path);
   if (format == MapFormat::kColmap) return ExportColmap(path, saved, images);
   ExportNerfstudio(path, saved, images);
+} catch (const std::filesystem::filesystem_error& error) {
+  throw InputError(error.what());
 }
 
 void ExportMap(const MapSnapshot& map, MapFormat format, const std::string& path,

@@ -17,8 +17,8 @@ void ExportTum(const std::string& path, const SavedMap& saved) {
   for (const std::vector<StampedPose>& poses : all) {
     if (!joined.empty() && poses.front().timestamp <= joined.back().timestamp)
       throw BadInput(
-          "{}: the map is of {} recordings whose times overlap: {}. Choose one by "
-          "--recording, or give --out a folder, for a file of each",
+          "{}: the map is of {} recordings whose times overlap: {}. Export "
+          "one of them, or to a folder, which gets a file of each",
           path, saved.recordings.size(), Describe(saved.recordings));
     joined.insert(joined.end(), poses.begin(), poses.end());
   }

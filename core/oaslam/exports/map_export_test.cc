@@ -212,7 +212,7 @@ TEST_F(MapExport, ImagesOfAListAreFoundByTime) {
   EXPECT_EQ(images.at(KeyframeId(4)).path, "../seq/rgb/c.png");
   EXPECT_INPUT_ERROR(
       FindImages(saved, {folder.Write("other.txt", "7.0 a.png\n")}, {}, folder.path()),
-      HasSubstr("--fps"));
+      HasSubstr("another rate of images"));
 }
 
 TEST_F(MapExport, ImagesOfAListWithAbsolutePathsAndALinkedFolder) {

@@ -33,8 +33,9 @@ void EditObject(Map& map, ObjectId id, const ObjectEdit& edit, const ObjectsConf
                      edit.same_as->value);
     if (!MergeObjects(map, object, other, config))
       throw BadInput(
-          "objects {} and {} are not merged: they are of two classes, or no ellipsoid explains the "
-          "boxes of both",
+          "objects {} and {} are not merged: they are of two classes, or no ellipsoid can be "
+          "fitted "
+          "to the boxes of both",
           id.value, edit.same_as->value);
   }
   if (edit.name) map.objects.MutableAt(object).name = *edit.name;

@@ -103,11 +103,12 @@ AnchorReport Slam::PlaceAnchor(const AnchorRequest& request) {
 }
 
 AnchorReport Slam::EditAnchor(const std::string& name, const AnchorEdit& edit) {
-  AnchorReport report = impl_->ChangeAnchors([&](const Map& map, oaslam::Anchors& anchors) {
-    return oaslam::EditAnchor(map, name, edit, anchors);
-  });
-  if (report.IsDone() && report.name == name) impl_->states_->PostEdit(name);
-  return report;
+  const bool changes = edit.model || edit.size || edit.pose || edit.turn_rad != 0;
+  return impl_->ChangeAnchors(
+      [&](const Map& map, oaslam::Anchors& anchors) {
+        return oaslam::EditAnchor(map, name, edit, anchors);
+      },
+      changes ? name : "");
 }
 
 AnchorReport Slam::RemoveAnchor(const std::string& name) {
@@ -116,7 +117,8 @@ AnchorReport Slam::RemoveAnchor(const std::string& name) {
 }
 
 void Slam::EditObject(ObjectId object, const ObjectEdit& edit) {
-  Map trial = *impl_->session().Newest();
+  impl_->session().Submit(AdoptAdjustment{});  // nothing moves the map between trial and edit
+  Map trial = *impl_->session().snapshot();
   oaslam::EditObject(trial, object, edit, impl_->config_.objects);  // throws for a wrong request
   impl_->ExpectMapping();
   impl_->session().Submit(ObjectChange{object, edit});
@@ -175,7 +177,6 @@ MapSnapshot Slam::WholeMap() const {
 
 void Slam::SetMask(const cv::Mat& mask) {
   Impl& impl = *impl_;
-  impl.still_parts_.reset();
   if (mask.empty()) {
     impl.still_parts_.emplace();
     return impl.SetMask({});
@@ -185,6 +186,7 @@ void Slam::SetMask(const cv::Mat& mask) {
                    mask.rows, mask.elemSize(), impl.camera_.width, impl.camera_.height);
   const ImageMask checked(ViewOf(mask));
   if (checked.HiddenShare() >= 1) throw InputError("mask: hides the whole image: 0 hides");
+  impl.still_parts_.reset();
   impl.SetMask(checked);
 }
 

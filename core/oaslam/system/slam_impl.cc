@@ -135,11 +135,11 @@ void Slam::Impl::ExpectMapping() {
   throw ErrorOf(failure);
 }
 
-void Slam::Impl::Post() {
-  states_->Post(std::make_shared<const SlamState>(SlamState{newest_, Snapshot()}));
+void Slam::Impl::Post(const std::string& edited_anchor) {
+  states_->Post(std::make_shared<const SlamState>(SlamState{newest_, Snapshot()}), edited_anchor);
 }
 
-void Slam::Impl::PostChange() {
+void Slam::Impl::PostChange(const std::string& edited_anchor) {
   const WorldId now = world();
   const int index = first_index_ + newest_.frame;
   const Tracker& tracker = session().tracker();
@@ -160,7 +160,7 @@ void Slam::Impl::PostChange() {
   }
   newest_.world = now;
   newest_.elsewhere = PosesElsewhere(newest_);
-  Post();
+  Post(edited_anchor);
 }
 
 Frame Slam::Impl::MakeFrame(const ImageInput& input, int index, int keypoints) {
@@ -354,14 +354,15 @@ std::string Slam::Impl::SetRay(const Map& map, AnchorRequest& request) const {
 }
 
 AnchorReport Slam::Impl::ChangeAnchors(
-    const std::function<AnchorReport(const Map&, oaslam::Anchors&)>& change) {
+    const std::function<AnchorReport(const Map&, oaslam::Anchors&)>& change,
+    const std::string& edited) {
   const std::shared_ptr<const Map> map = session().Newest();
   oaslam::Anchors anchors = map->anchors;
   AnchorReport report = change(*map, anchors);
   if (!report.IsDone()) return report;
   ExpectMapping();
   session().Submit(std::move(anchors));
-  PostChange();
+  PostChange(edited);
   ExpectMapping();
   return report;
 }

@@ -54,9 +54,10 @@ class OASLAM_LOCAL Slam::Impl {
   // none, or an empty text.
   std::string SetRay(const Map& map, AnchorRequest& request) const;
   // Edits the newest map's anchors, not those that the tracker sees: commands that are still queued
-  // may change the scale of the map.
+  // may change the scale of the map. `edited`: the anchor whose edit becomes an event.
   AnchorReport ChangeAnchors(
-      const std::function<AnchorReport(const Map&, oaslam::Anchors&)>& change);
+      const std::function<AnchorReport(const Map&, oaslam::Anchors&)>& change,
+      const std::string& edited = "");
 
   Session& session() { return atlas_->main(); }
   const Session& session() const { return atlas_->main(); }
@@ -65,7 +66,7 @@ class OASLAM_LOCAL Slam::Impl {
   }
   // Posts the map to other threads after a change by another call than Process, with the newest
   // image's pose in it.
-  void PostChange();
+  void PostChange(const std::string& edited_anchor = "");
   // Slam::SetMetresPerUnit; `by_objects`: the evidence for the metre by objects, nothing where the
   // user gave the metre.
   void SetMetresPerUnit(double metres, const std::optional<UnitByObjects>& by_objects);
@@ -106,7 +107,7 @@ class OASLAM_LOCAL Slam::Impl {
   std::shared_ptr<const FrameMotion> RunOdometry(const ImageInput& grey, double& cpu_ms);
   Frame MakeNextFrame(const ImageInput& input, double& cpu_ms);
   std::vector<PoseElsewhere> PosesElsewhere(const TrackingResult& result) const;
-  void Post();
+  void Post(const std::string& edited_anchor = "");
 };
 
 }  // namespace oaslam

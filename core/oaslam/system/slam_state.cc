@@ -1,18 +1,25 @@
 #include "oaslam/slam_state.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 #include "oaslam/relocalization/snapshot_content.h"
 #include "oaslam/system/state_board.h"
+#include "oaslam/util/named.h"
 
 namespace oaslam {
 
-const char* ToString(SlamEventKind kind) {
-  return std::to_array<const char*>({"state", "world", "anchor placed", "anchor edited",
-                                     "anchor removed"})[static_cast<size_t>(kind)];
-}
+namespace {
+
+constexpr Named<SlamEventKind> kEventKinds[] = {{SlamEventKind::kState, "state"},
+                                                {SlamEventKind::kWorld, "world"},
+                                                {SlamEventKind::kAnchorPlaced, "anchor placed"},
+                                                {SlamEventKind::kAnchorEdited, "anchor edited"},
+                                                {SlamEventKind::kAnchorRemoved, "anchor removed"}};
+
+}  // namespace
+
+const char* ToString(SlamEventKind kind) { return NameIn(kEventKinds, kind); }
 
 void SlamStates::Board::Add(SlamEventKind kind, const std::string& anchor) {
   constexpr size_t kMost = 1000;
@@ -21,17 +28,18 @@ void SlamStates::Board::Add(SlamEventKind kind, const std::string& anchor) {
   if (events.size() > kMost) events.pop_front();
 }
 
-void SlamStates::Board::Post(std::shared_ptr<const SlamState> state) {
+void SlamStates::Board::Post(std::shared_ptr<const SlamState> state,
+                             const std::string& edited_anchor) {
   const std::lock_guard lock(mutex);
   is_closed = !state;
   if (state) {
     const std::shared_ptr<const SlamState> before = std::exchange(newest, std::move(state));
-    if (before) AddEventsSince(*before);
+    if (before) AddEventsSince(*before, edited_anchor);
   }
   changed.notify_all();
 }
 
-void SlamStates::Board::AddEventsSince(const SlamState& before) {
+void SlamStates::Board::AddEventsSince(const SlamState& before, const std::string& edited_anchor) {
   const TrackingResult &then = before.result, &now = newest->result;
   if (now.world != then.world) Add(SlamEventKind::kWorld);
   if (now.state != then.state) Add(SlamEventKind::kState);
@@ -41,11 +49,8 @@ void SlamStates::Board::AddEventsSince(const SlamState& before) {
     if (!has.contains(name)) Add(SlamEventKind::kAnchorRemoved, name);
   for (const auto& [name, anchor] : has)
     if (!had.contains(name)) Add(SlamEventKind::kAnchorPlaced, name);
-}
-
-void SlamStates::Board::PostEdit(const std::string& anchor) {
-  const std::lock_guard lock(mutex);
-  Add(SlamEventKind::kAnchorEdited, anchor);
+  if (had.contains(edited_anchor) && has.contains(edited_anchor))
+    Add(SlamEventKind::kAnchorEdited, edited_anchor);
 }
 
 SlamStates::SlamStates(std::shared_ptr<Board> board) : board_(std::move(board)) {}

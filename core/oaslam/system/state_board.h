@@ -14,11 +14,9 @@ namespace oaslam {
 // Where a Slam leaves its newest state and its events for other threads.
 class OASLAM_LOCAL SlamStates::Board {
  public:
-  // Replaces the newest state, and adds the events between the previous state and this one. Null:
-  // no more states will come.
-  void Post(std::shared_ptr<const SlamState> state);
-  // Adds the edit of an anchor to the events of the newest state.
-  void PostEdit(const std::string& anchor);
+  // Replaces the newest state, and adds the events between the previous state and this one.
+  // `edited_anchor`: an anchor that was edited meanwhile. Null: no more states will come.
+  void Post(std::shared_ptr<const SlamState> state, const std::string& edited_anchor = {});
 
   std::mutex mutex;
   std::condition_variable changed;
@@ -27,7 +25,7 @@ class OASLAM_LOCAL SlamStates::Board {
   bool is_closed = false;
 
  private:
-  void AddEventsSince(const SlamState& before);
+  void AddEventsSince(const SlamState& before, const std::string& edited_anchor);
   void Add(SlamEventKind kind, const std::string& anchor = {});
   uint64_t last_number_ = 0;
 };
