@@ -323,7 +323,7 @@ class TestExport(harness.InFolder):
                 (("--map", self.map_file, "--format", "ply", "--out", out, "--images", video), "--images"),
                 (("--map", self.map_file, "--format", "tum", "--out", out, "--ellipsoids"), "--ellipsoids"),
                 (("--map", self.map_file, "--format", "colmap", "--out", out, "--images", "/nowhere.mp4"), "/nowhere.mp4"),
-                (("--map", self.map_file, "--format", "colmap", "--out", out, "--images", video, "--from", "1", "--fps", "0.001"), "--fps"),
+                (("--map", self.map_file, "--format", "colmap", "--out", out, "--images", video, "--from", "1", "--fps", "0.001"), "(fps)"),
                 (("--map", self.map_file, "--format", "colmap", "--out", out, "--images", "webcam:0"), "webcam"),
                 (("--map", self.map_file, "--format", "ply"), "--out")):
             outcome = oaslam("export", *options)

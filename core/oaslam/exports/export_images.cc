@@ -190,7 +190,7 @@ KeyframeImages FindImages(const std::vector<KeyframeTime>& times, const std::str
   if (images.empty())
     throw BadInput(
         "{}: no image is of the time of a keyframe ({:.3f} s to {:.3f} s); "
-        "did the run assume another rate of images?",
+        "did the run use another rate of images (fps)?",
         source, times.front().timestamp, times.back().timestamp);
   if (images.size() < times.size())
     Log(LogLevel::kWarning, "{}: {} of {} keyframes have no image, left out", source,
