@@ -1,7 +1,5 @@
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
-#include <filesystem>
 #include <memory>
 
 #include "commands.h"
@@ -21,33 +19,14 @@ struct ExportArguments {
   int submap = 0;
 };
 
-constexpr MapFormat kFormats[] = {MapFormat::kPly, MapFormat::kGltf, MapFormat::kColmap,
-                                  MapFormat::kNerfstudio, MapFormat::kTum};
-
-MapFormat FormatOf(const ExportArguments& options) {
-  return *std::ranges::find_if(
-      kFormats, [&](MapFormat format) { return ToString(format) == options.format; });
-}
-
-bool IsFolderFormat(const std::string& format) {
-  return format == "colmap" || format == "nerfstudio";
-}
-
-// Whether each recording gets a file of its own.
-bool IsFolderOfFiles(const ExportArguments& options, const SavedMap& saved) {
-  return options.format == "tum" && saved.recordings.size() > 1 &&
-         (std::filesystem::is_directory(options.out) ||
-          !std::filesystem::path(options.out).has_extension());
-}
-
-OutputFolder Check(const ExportArguments& options, const SavedMap& saved) {
-  if (!options.images.empty() && !IsFolderFormat(options.format))
+OutputFolder Check(const ExportArguments& options, MapFormat format, const SavedMap& saved) {
+  const bool has_images = format == MapFormat::kColmap || format == MapFormat::kNerfstudio;
+  if (!options.images.empty() && !has_images)
     throw InputError("--images is for --format colmap and nerfstudio");
-  if (options.ellipsoids && options.format != "ply")
+  if (options.ellipsoids && format != MapFormat::kPly)
     throw InputError("--ellipsoids is for --format ply; gltf always has them");
-  if (IsFolderFormat(options.format) || IsFolderOfFiles(options, saved))
-    return OutputFolder(options.out);
-  return FolderOfOutputFile(options.out);
+  return IsFolder(saved, format, options.out) ? OutputFolder(options.out)
+                                              : FolderOfOutputFile(options.out);
 }
 
 void Export(const ExportArguments& options) {
@@ -55,9 +34,10 @@ void Export(const ExportArguments& options) {
   if (saved.map.keyframes.empty()) throw InputError(options.map + ": the map is empty");
   if (const auto chosen = ChosenRecording(options.recording, options.images, saved.recordings))
     saved = OfRecording(saved, *chosen);
-  const OutputFolder folder = Check(options, saved);
+  const MapFormat format = MapFormatOf(options.format);
+  const OutputFolder folder = Check(options, format, saved);
   ExportMap(
-      saved, FormatOf(options), options.out,
+      saved, format, options.out,
       {options.ellipsoids, options.images.empty() ? std::vector<std::string>()
                                                   : SourcesOf(options.images, saved.recordings)},
       FrameRange(options.common));

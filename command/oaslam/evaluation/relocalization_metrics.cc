@@ -67,11 +67,16 @@ RelocalizationFigures Summarize(const RelocalizationErrors& errors) {
 
 std::vector<double> LoadFrameTimes(const std::string& path) {
   const std::string text = ReadTextFile(path);
-  const bool is_table = std::string_view(text).substr(0, text.find('\n')).find(',') != text.npos;
+  const auto lines = SplitLines(text);
+  const bool is_table = !lines.empty() && lines[0].find(',') != std::string_view::npos;
+  const size_t column = is_table ? ColumnOf(lines[0], {"timestamp"}, path) : 0;
   std::vector<double> times;
-  for (const std::vector<double>& row :
-       is_table ? LoadColumns(path, {"timestamp"}) : LoadNumberRows(path, 1))
-    times.push_back(row[0]);
+  for (size_t i = is_table ? 1 : 0; i < lines.size(); ++i) {
+    const std::string_view line = Trim(lines[i]);
+    if (line.empty() || line[0] == '#') continue;
+    times.push_back(
+        NumberAt(is_table ? SplitCommas(line) : SplitFields(line), column, path, i + 1));
+  }
   std::ranges::sort(times);
   return times;
 }

@@ -19,11 +19,6 @@ constexpr Named<MapFormat> kFormats[] = {{MapFormat::kPly, "ply"},
                                          {MapFormat::kColmap, "colmap"},
                                          {MapFormat::kNerfstudio, "nerfstudio"}};
 
-// Whether a path for trajectories names a folder, for a file of each recording.
-bool IsFolder(const std::string& path) {
-  return std::filesystem::is_directory(path) || !std::filesystem::path(path).has_extension();
-}
-
 void CheckExtension(MapFormat format, const std::string& path) {
   const std::string extension = std::filesystem::path(path).extension().string();
   if (format == MapFormat::kGltf && extension != ".gltf" && extension != ".glb")
@@ -42,6 +37,19 @@ void MakeFolder(const std::string& path) {
 
 const char* ToString(MapFormat format) { return NameIn(kFormats, format); }
 
+MapFormat MapFormatOf(const std::string& name) {
+  const std::optional<MapFormat> format = ValueIn(kFormats, name);
+  if (!format) throw InputError(name + ": no format of maps");
+  return *format;
+}
+
+bool IsFolder(const SavedMap& saved, MapFormat format, const std::string& path) {
+  if (format == MapFormat::kTum)
+    return saved.recordings.size() > 1 &&
+           (std::filesystem::is_directory(path) || !std::filesystem::path(path).has_extension());
+  return format == MapFormat::kColmap || format == MapFormat::kNerfstudio;
+}
+
 void ExportMap(const SavedMap& saved, MapFormat format, const std::string& path,
                const ExportOptions& options, const ImageSourceOptions& range) try {
   if (saved.map.keyframes.empty()) throw InputError(path + ": the map to be exported is empty");
@@ -51,16 +59,13 @@ void ExportMap(const SavedMap& saved, MapFormat format, const std::string& path,
   CheckExtension(format, path);
   if (format == MapFormat::kPly) return ExportPly(path, saved, options.with_ellipsoids);
   if (format == MapFormat::kGltf) return ExportGltf(path, saved);
+  if (!IsFolder(saved, format, path)) return ExportTum(path, saved);
   const size_t recordings = std::max<size_t>(1, saved.recordings.size());
-  if (format == MapFormat::kTum) {
-    if (recordings == 1 || !IsFolder(path)) return ExportTum(path, saved);
-    MakeFolder(path);
-    return ExportTumFiles(path, saved);
-  }
   if (!options.images.empty() && options.images.size() != recordings)
     throw BadInput("{}: {} sources of images for a map of {} recordings", path,
                    options.images.size(), recordings);
   MakeFolder(path);
+  if (format == MapFormat::kTum) return ExportTumFiles(path, saved);
   ImageSourceOptions color = range;
   color.color = true;
   const KeyframeImages images =

@@ -13,6 +13,11 @@ namespace oaslam {
 // Exports to files of other tools (docs/export.md has an example of each, with its frame of
 // reference and pixel coordinates). Each throws InputError when its file cannot be written.
 
+// The format of this name (ToString). Throws InputError where there is none.
+MapFormat MapFormatOf(const std::string& name);
+// Whether a path becomes a folder in this format, which for kTum has a file of each recording.
+bool IsFolder(const SavedMap& saved, MapFormat format, const std::string& path);
+
 // As ExportMap of export_map.h. `range`: which images of the sources belong to the map.
 void ExportMap(const SavedMap& saved, MapFormat format, const std::string& path,
                const ExportOptions& options, const ImageSourceOptions& range);

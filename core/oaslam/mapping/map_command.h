@@ -67,7 +67,7 @@ struct MetricScale {
 // Replaces all anchors.
 using NewAnchors = std::map<std::string, Anchor>;
 
-// A user's change to an object.
+// A user's change to an object, which was tried on the same map before.
 struct ObjectChange {
   ObjectId object;
   ObjectEdit edit;

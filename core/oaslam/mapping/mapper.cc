@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "oaslam/bundle/bundle_adjustment.h"
-#include "oaslam/error.h"
 #include "oaslam/mapping/keyframe_description.h"
 #include "oaslam/mapping/local_mapping.h"
 #include "oaslam/mapping/loop_closing.h"
@@ -49,19 +48,9 @@ bool Mapper::ApplyEdit(const MapCommand& command) {
     std::erase_if(map_.anchors,
                   [&](const auto& entry) { return !map_.ResolveKeyframe(entry.second.keyframe); });
   } else if (const auto* change = std::get_if<ObjectChange>(&command.edit)) {
-    Change(*change);
+    EditObject(map_, change->object, change->edit, config_.objects);
   }
   return false;
-}
-
-// What was possible in the map that the user saw may not be so any more, where a bundle adjustment
-// has moved the map since.
-void Mapper::Change(const ObjectChange& change) {
-  try {
-    EditObject(map_, change.object, change.edit, config_.objects);
-  } catch (const InputError& error) {
-    Log(LogLevel::kWarning, "an object is left as it is: {}", error.what());
-  }
 }
 
 bool Mapper::Join(const JoiningMap& joining, int frame_index) {

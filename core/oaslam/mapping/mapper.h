@@ -39,7 +39,6 @@ class Mapper {
   // map before have moved.
   bool ApplyEdit(const MapCommand& command);
   bool Insert(const KeyframeInsertion& keyframe, int frame_index);
-  void Change(const ObjectChange& change);
   bool Join(const JoiningMap& joining, int frame_index);
   bool CloseLoop(KeyframeId keyframe, int frame_index);
   void DescribeNextBefore(KeyframeId end);
