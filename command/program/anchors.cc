@@ -5,10 +5,10 @@
 
 #include "commands.h"
 #include "common.h"
+#include "map_out.h"
 #include "oaslam/anchors/editing.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/storage/map_file.h"
 #include "oaslam/util/bad_input.h"
 
 namespace oaslam::apps {
@@ -88,13 +88,15 @@ void Print(const Map& map) {
 }
 
 void EditAnchors(const AnchorsOptions& options) {
-  SavedMap saved = LoadMap(options.map);
-  Edit(options, saved.map);
+  SavedMap edited;
+  const auto edit = [&](SavedMap& saved) {
+    Edit(options, saved.map);
+    edited = saved;
+  };
   const bool is_edited = !options.place.empty() || !options.rename.empty() ||
                          !options.size.empty() || !options.erase.empty();
-  if (is_edited || !options.out.empty())
-    SaveMap(options.out.empty() ? MapFileAt(options.map) : options.out, saved);
-  if (!options.quiet) Print(saved.map);
+  EditOrCopy(options.map, options.out, is_edited, edit);
+  if (!options.quiet) Print(edited.map);
 }
 
 }  // namespace

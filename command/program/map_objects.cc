@@ -12,6 +12,7 @@
 #include "detection_choice.h"
 #include "detector_options.h"
 #include "failures.h"
+#include "map_out.h"
 #include "mask_choice.h"
 #include "oaslam/camera_file.h"
 #include "oaslam/detection_file.h"
@@ -21,7 +22,6 @@
 #include "oaslam/map/frame.h"
 #include "oaslam/objects/known_poses.h"
 #include "oaslam/pictures/map_results.h"
-#include "oaslam/storage/map_file.h"
 #include "oaslam/trajectory_file.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/stopwatch.h"
@@ -61,7 +61,7 @@ std::vector<PosedDetections> PoseDetections(const Options& options, const Camera
 }
 
 void WriteResults(const Options& options, const KnownPoseMap& result, const ClassNames& names,
-                  size_t frames, const Stopwatch& watch) {
+                  size_t frames, const Stopwatch& watch, MapOut& map_out) {
   const std::filesystem::path out(options.out);
   SavedMap saved{result.map, {}, names};
   saved.recordings = {{std::filesystem::path(options.detections).stem().string(), "", 0}};
@@ -81,9 +81,7 @@ void WriteResults(const Options& options, const KnownPoseMap& result, const Clas
                      .names = names,
                      .title = fmt::format("{} objects from {} known poses", objects, frames)};
   failures.Try([&] { SaveMapSvg((out / "map.svg").string(), plot); });
-  failures.Try([&] {
-    if (!options.map_out.empty()) SaveMap(options.map_out, saved);
-  });
+  failures.Try([&] { map_out.Save(saved); });
   const double wall_s = watch.WallMs() / 1000, ms = wall_s * 1000 / static_cast<double>(frames);
   const nlohmann::ordered_json summary = {{"version", OASLAM_VERSION},
                                           {"mode", "map-objects"},
@@ -119,12 +117,13 @@ void MapObjects(const Options& options) {
   const OutputFolder map_folder = options.map_out.empty()
                                       ? OutputFolder(options.out)
                                       : FolderOfMapFile(options.map_out, "--map-out");
+  MapOut map_out(options.map_out);
   ProgressBar progress(static_cast<int>(frames.size()), options.common.quiet);
   const KnownPoseMap result =
       MapObjectsFromKnownPoses(frames, camera, config.objects, classes.relations,
                                [&](int done) { progress.Update(done, "mapping objects"); });
   progress.Finish();
-  WriteResults(options, result, classes.names, frames.size(), watch);
+  WriteResults(options, result, classes.names, frames.size(), watch, map_out);
 }
 
 }  // namespace

@@ -4,8 +4,8 @@
 
 #include "commands.h"
 #include "common.h"
+#include "map_out.h"
 #include "metric_scale.h"
-#include "oaslam/storage/map_file.h"
 #include "oaslam/system/map_merging.h"
 #include "oaslam/util/bad_input.h"
 
@@ -20,12 +20,15 @@ struct MergeOptions {
 void Merge(const MergeOptions& options) {
   const SlamConfig config = LoadConfiguration(options.common);
   const OutputFolder folder = FolderOfMapFile(options.out, "--out");
+  MapOut map_out(options.out);
   const SavedMap first = LoadMap(options.first), second = LoadMap(options.second);
+  map_out.BeginsWith(options.first, first.map);
   MapMerging merging =
       MergeMaps(first, second, RelocalizationModeOf(options.relocalization), config);
   if (!merging.merged)
     throw BadInput("{} and {} are not merged: {}", options.first, options.second, merging.evidence);
-  SaveMap(options.out, *merging.merged);
+  map_out.TakeOverEdits(config.objects, merging.merged->map);
+  map_out.Save(*merging.merged);
   if (options.common.quiet) return;
   const Map& map = merging.merged->map;
   fmt::print("{}\n{}: {} keyframes, {} landmarks, unit: {}\n", merging.evidence, options.out,

@@ -4,9 +4,9 @@
 
 #include "commands.h"
 #include "common.h"
+#include "map_out.h"
 #include "oaslam/error.h"
 #include "oaslam/objects/object_edit.h"
-#include "oaslam/storage/map_file.h"
 #include "oaslam/util/bad_input.h"
 
 namespace oaslam::apps {
@@ -61,13 +61,15 @@ void Print(const SavedMap& saved) {
 
 void Objects(const ObjectsOptions& options) {
   const SlamConfig config = LoadConfiguration(options.common);
-  SavedMap saved = LoadMap(options.map);
-  Edit(options, config.objects, saved.map);
+  SavedMap edited;
+  const auto edit = [&](SavedMap& saved) {
+    Edit(options, config.objects, saved.map);
+    edited = saved;
+  };
   const bool is_edited =
       !options.rename.empty() || !options.erase.empty() || !options.merge.empty();
-  if (is_edited || !options.out.empty())
-    SaveMap(options.out.empty() ? MapFileAt(options.map) : options.out, saved);
-  if (!options.common.quiet) Print(saved);
+  EditOrCopy(options.map, options.out, is_edited, edit);
+  if (!options.common.quiet) Print(edited);
 }
 
 }  // namespace

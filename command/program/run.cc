@@ -17,6 +17,7 @@
 #include "dataset_choice.h"
 #include "failures.h"
 #include "frame_inputs.h"
+#include "map_out.h"
 #include "mask_choice.h"
 #include "metric_scale.h"
 #include "oaslam/bundle/rolling_shutter.h"
@@ -279,11 +280,14 @@ struct RunWriter {
   Camera camera;    // as it was given, or estimated before the run
   int first_frame;  // earlier ones belong to the map that the run began with
   double start_s;
+  const ObjectsConfig& objects;
+  MapOut& map_out;
 
   // Changes only copies, so that it may be called twice.
   Written Write(SavedMap saved, WorldId world, const std::optional<CameraEstimate>& estimate,
                 Failures& failures) const {
     Written written;
+    map_out.TakeOverEdits(objects, saved.map);
     RunResults files = results;
     files.SetWorld(world);
     files.SetCamera(estimate ? estimate->camera : camera, estimate);
@@ -296,9 +300,7 @@ struct RunWriter {
       written.tracked = files.Finish(saved, trajectory, submaps, groundtruth,
                                      SteadySeconds() - start_s, Interrupted());
     });
-    failures.Try([&] {
-      if (!options.map_out.empty()) SaveMap(options.map_out, saved);
-    });
+    failures.Try([&] { map_out.Save(saved); });
     written.map = std::move(saved);
     written.uncertain = files.Uncertain();
     written.loose = files.Loose();
@@ -366,6 +368,7 @@ void Run(const RunOptions& given) {
   const OutputFolder map_folder = options.map_out.empty()
                                       ? OutputFolder(options.out)
                                       : FolderOfMapFile(options.map_out, "--map-out");
+  MapOut map_out(options.map_out);
   Recording recording(options.recording);
   const cv::Mat mask = MaskFor(options.mask, options.camera.camera, options.images, options.common);
   const std::optional<CameraEstimate> first_estimate = EstimateFor(options, config, mask);
@@ -378,6 +381,7 @@ void Run(const RunOptions& given) {
   Slam slam(config, inputs.camera());
   slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
   if (!options.map_in.empty()) slam.Load(options.map_in);
+  map_out.BeginsWith(options.map_in, *MapOf(slam.Snapshot()));
   UseMask(options.mask, mask, slam, inputs.camera());
   slam.NameRecording(NameOfImages(options.images), ImagesOnDisk(options.images));
   int first_frame = FramesOf(SavedMapOf(slam.WholeMap()));
@@ -385,6 +389,7 @@ void Run(const RunOptions& given) {
   const auto reset = [&] {
     slam.Reset();
     first_frame = 0;
+    map_out.BeginsAnew();
     classes.Give(slam, false);
   };
   RunResults results(options.out, config);
@@ -407,9 +412,10 @@ void Run(const RunOptions& given) {
   progress.Finish();
   SayDetectorPace(options, inputs.pace(), counts.done);
 
-  const RunWriter writer{options,         scale,       groundtruth, results,
-                         inputs.camera(), first_frame, start_s};
+  const RunWriter writer{options,     scale,   groundtruth,    results, inputs.camera(),
+                         first_frame, start_s, config.objects, map_out};
   const Written written = FinishAndWrite(slam, writer, config, first_estimate, failures);
+  map_out.Release();
   const bool interrupted = Interrupted();
   if (const int dropped = counts.dropped + inputs.dropped(); dropped > 0)
     spdlog::warn("{} images came too late and were dropped", dropped);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <opencv2/core/utility.hpp>
@@ -20,6 +21,7 @@
 #include "live_view.h"
 #include "oaslam/anchors/editing.h"
 #include "oaslam/image_source.h"
+#include "oaslam/storage/map_edit.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/viewer/saved_run.h"
 #include "oaslam/viewer/viewer.h"
@@ -95,23 +97,39 @@ class EndSignal {
 // The map file whose anchors are edited. All its other content is kept.
 class AnchorFile {
  public:
-  AnchorFile(std::string path, int submap) : path_(std::move(path)), submap_(submap) {}
+  // The file must hold the map that is shown now.
+  AnchorFile(std::string path, int submap)
+      : path_(std::move(path)), submap_(submap), shown_(StateOfMap(path_)) {}
 
-  // Writes the anchors into the file, which is replaced as a whole, so that it is never half new.
-  // The file is read for the first edit only. Throws InputError if the file no longer contains the
-  // map that is shown, since another program has written it.
-  void Save(const Map& shown, const Anchors& anchors) {
-    if (!saved_ || StampOfFile() != stamp_) Load();
-    if (saved_->map.version != shown.version || saved_->map.anchors != shown.anchors)
-      throw BadInput("{}: has changed since it was opened", path_);
-    SavedMap edited = *saved_;  // shares its tables
-    edited.map.anchors = anchors;
-    if (const auto problems = edited.map.CheckInvariants(); !problems.empty())
-      throw BadInput("{}: has changed since it was opened: {}", path_, problems.front());
-    LeadWithSubmap(path_, submap_, edited);
-    SaveMap(path_, edited);
-    saved_->map.anchors = anchors;
+  // Whether another program has written it since it was read or written here.
+  bool HasChanged() const { return stamp_ != StampOfFile(); }
+
+  // Calls `edit` with the anchors of the file as it is now, and with its map, while other programs
+  // that edit it wait. Saves the anchors if they have changed; the file is replaced as a whole, so
+  // that it is never half new. Returns the map with its anchors. Throws InputError if the file no
+  // longer contains the map that is shown, since another program has written it.
+  Map Edit(const std::function<void(const Map&, Anchors&)>& edit) {
+    const MapLock lock(path_);
     stamp_ = StampOfFile();
+    const std::optional<MapState> state = StateOfMap(path_);
+    if (!state || !shown_ || state->scene != shown_->scene)
+      throw BadInput("{}: has changed since it was opened", path_);
+    if (!saved_ || state != state_) saved_ = LoadMap(path_);
+    state_ = state;
+    SavedMap edited = *saved_;  // shares its tables
+    LeadWithSubmap(path_, submap_, edited);
+    Anchors anchors = edited.map.anchors;
+    edit(edited.map, anchors);
+    if (anchors == edited.map.anchors) return edited.map;
+    edited.map.anchors = std::move(anchors);
+    Map shown = edited.map;
+    LeadWithSubmap(path_, submap_, edited);
+    SaveMap(edited, lock, state);
+    saved_ = std::move(edited);
+    state_ = StateOfMap(path_);
+    if (submap_ != 0) shown_ = state_;  // the anchors are in the part of the submap
+    stamp_ = StampOfFile();
+    return shown;
   }
 
  private:
@@ -122,17 +140,12 @@ class AnchorFile {
     return {std::filesystem::last_write_time(path_, error),
             std::filesystem::file_size(path_, error)};
   }
-  void Load() {
-    saved_.reset();
-    stamp_ = StampOfFile();  // of the file that is read, or of an older one
-    saved_ = LoadMap(path_);
-    LeadWithSubmap(path_, submap_, *saved_);
-  }
 
   std::string path_;
   int submap_;
-  std::optional<SavedMap> saved_;  // with the chosen submap as the map
-  Stamp stamp_;
+  std::optional<MapState> shown_, state_;  // of the file when it was opened, and of `saved_`
+  std::optional<SavedMap> saved_;
+  Stamp stamp_ = StampOfFile();
 };
 
 // Returns why the command cannot be carried out, or an empty text.
@@ -144,20 +157,19 @@ std::string CarryOut(const ViewerCommand& command, const Map& map, Anchors& anch
   return RemoveAnchor(command.anchor, anchors).why_not;
 }
 
-// Carries out commands of viewers until it is stopped; commands that come
-// together are written at once.
-void Obey(AnchorFile file, Map map, Viewer& viewer, const std::stop_token& stop) {
+// Carries out commands of viewers until it is stopped; commands that come together are written at
+// once. What other programs edit in the file is shown, too.
+void Obey(AnchorFile file, Viewer& viewer, const std::stop_token& stop) {
   constexpr int kWaitMs = 100, kNoFrame = -1;  // milliseconds between checks for the end
   while (!stop.stop_requested()) {
-    Anchors anchors = map.anchors;
-    for (const ViewerCommand& command : viewer.TakeCommands(kWaitMs))
-      if (const std::string problem = CarryOut(command, map, anchors); !problem.empty())
-        viewer.ShowEvent(kNoFrame, "anchor", problem);
-    if (anchors == map.anchors) continue;
+    const std::vector<ViewerCommand> commands = viewer.TakeCommands(kWaitMs);
+    if (commands.empty() && !file.HasChanged()) continue;
     try {
-      file.Save(map, anchors);
-      map.anchors = std::move(anchors);
-      viewer.UpdateMap(std::make_shared<const Map>(map));
+      viewer.UpdateMap(std::make_shared<const Map>(file.Edit([&](const Map& map, Anchors& anchors) {
+        for (const ViewerCommand& command : commands)
+          if (const std::string problem = CarryOut(command, map, anchors); !problem.empty())
+            viewer.ShowEvent(kNoFrame, "anchor", problem);
+      })));
     } catch (const std::exception& error) {
       viewer.ShowEvent(kNoFrame, "anchor", error.what());
     }
@@ -227,7 +239,7 @@ void View(const ViewOptions& options) {
   std::jthread editor;
   if (!run.map_file.empty())
     editor = std::jthread([&](const std::stop_token& stop) {
-      Obey(AnchorFile(run.map_file, options.submap), run.saved.map, viewer, stop);
+      Obey(AnchorFile(run.map_file, options.submap), viewer, stop);
     });
   fmt::print("{}\n", viewer.url());
   std::fflush(stdout);

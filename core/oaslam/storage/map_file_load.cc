@@ -11,11 +11,12 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <thread>
 #include <utility>
 
-#include "oaslam/storage/map_file.h"
+#include "oaslam/storage/map_edit.h"
 #include "oaslam/storage/map_rows.h"
 #include "oaslam/storage/map_schema.h"
 #include "oaslam/util/bad_input.h"
@@ -115,6 +116,12 @@ void CheckSum([[maybe_unused]] const Checksum& checksum,
 #endif
 }
 
+// The checksum of the settings and of the list of parts.
+std::string StoredChecksum(SQLite::Database& database) {
+  // max(): NULL where there is no such row.
+  return database.execAndGet("SELECT max(value) FROM meta WHERE key = 'checksum'").getString();
+}
+
 // Reads the settings of the map and the list of its parts.
 std::vector<MapPart> ReadHead(SQLite::Database& database, Map& map) {
   Checksum checksum;
@@ -130,9 +137,7 @@ std::vector<MapPart> ReadHead(SQLite::Database& database, Map& map) {
       rows.Refuse("overlaps the part before");
     parts.push_back(std::move(part));
   }
-  // max(): NULL where there is no such row.
-  CheckSum(checksum,
-           database.execAndGet("SELECT max(value) FROM meta WHERE key = 'checksum'").getString());
+  CheckSum(checksum, StoredChecksum(database));
   return parts;
 }
 
@@ -293,6 +298,20 @@ bool IsMapFile(const std::string& path) {
   std::string beginning(kBeginning.size(), ' ');
   return std::ifstream(MapFileAt(path)).read(beginning.data(), std::ssize(beginning)) &&
          beginning == kBeginning;
+}
+
+std::optional<MapState> StateOfMap(const std::string& path) try {
+  SQLite::Database database(MapFileAt(path), SQLite::OPEN_READONLY | SQLite::OPEN_NOMUTEX);
+  CheckKind(database);
+  Map settings;
+  Checksum scene;
+  for (const MapPart& part : ReadHead(database, settings)) {
+    const std::string text = NameOf(part) + part.checksum;
+    if (part.name != "objects" && part.name != "anchors") scene.Add(std::as_bytes(std::span(text)));
+  }
+  return MapState{StoredChecksum(database), scene.Hex()};
+} catch (const SQLite::Exception&) {
+  return std::nullopt;
 }
 
 SavedMap LoadMap(const std::string& path) {

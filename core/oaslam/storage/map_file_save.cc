@@ -9,12 +9,15 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string_view>
 #include <tuple>
+#include <utility>
 
 #include "oaslam/formats/leftover.h"
 #include "oaslam/map/repair.h"
-#include "oaslam/storage/map_file.h"
+#include "oaslam/storage/map_edit.h"
 #include "oaslam/storage/map_part.h"
 #include "oaslam/storage/map_schema.h"
 #include "oaslam/util/bad_input.h"
@@ -22,6 +25,9 @@
 
 namespace oaslam {
 namespace {
+
+// How the name of a file ends that is not complete; before it is the number of the process.
+constexpr std::string_view kTemporary = ".tmp";
 
 static_assert(std::endian::native == std::endian::little,
               "blobs of the map file are little-endian");
@@ -300,7 +306,25 @@ SavedMap WithoutProblems(SavedMap saved) {
   return saved;
 }
 
-void WriteFile(const std::string& path, const SavedMap& saved) {
+// Removes what writers have left that were killed. Who has the folder's lock is the only one that
+// writes.
+void RemoveLeftoversBeside(const MapLock& lock) {
+  namespace fs = std::filesystem;
+  if (!lock.IsHeld()) return;
+  std::error_code error;
+  const fs::path file = fs::absolute(lock.file(), error);
+  const std::string before = file.filename().string() + ".";
+  for (const auto& entry : fs::directory_iterator(file.parent_path(), error)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(before) || !name.ends_with(kTemporary)) continue;
+    const std::string process =
+        name.substr(before.size(), name.size() - before.size() - kTemporary.size());
+    if (!process.empty() && process.find_first_not_of("0123456789") == std::string::npos)
+      fs::remove(entry.path(), error);
+  }
+}
+
+void CheckIsPlainFile(const std::string& path) {
   namespace fs = std::filesystem;
   std::error_code error;
   const fs::path folder = fs::absolute(path, error).parent_path();
@@ -311,7 +335,15 @@ void WriteFile(const std::string& path, const SavedMap& saved) {
   const fs::file_status present = fs::status(path, error);
   if (fs::exists(present) && !fs::is_regular_file(present))
     throw BadInput("{}: cannot be written: is no regular file", path);
-  const std::string temporary = fmt::format("{}.{}.tmp", path, getpid());
+}
+
+void WriteFile(const SavedMap& saved, const MapLock& lock,
+               const std::optional<MapState>& replaces) {
+  namespace fs = std::filesystem;
+  const std::string &path = lock.path(), &file = lock.file();
+  RemoveLeftoversBeside(lock);
+  std::error_code error;
+  const std::string temporary = fmt::format("{}.{}{}", file, getpid(), kTemporary);
   fs::remove(temporary, error);
   const Leftover leftover(temporary);
   try {
@@ -321,8 +353,11 @@ void WriteFile(const std::string& path, const SavedMap& saved) {
       WriteContent(saved, database);
     }
     SyncToDisk(temporary);
-    fs::rename(temporary, path, error);
+    if (replaces && StateOfMap(file) != replaces)
+      throw BadInput("{}: is not changed: another program has written it meanwhile", path);
+    fs::rename(temporary, file, error);
     if (error) throw BadInput("{}: cannot be written: {}", path, error.message());
+    lock.Sync();
   } catch (const SQLite::Exception& problem) {
     fs::remove(temporary, error);
     throw BadInput("{}: {}", path, problem.what());
@@ -334,16 +369,30 @@ void WriteFile(const std::string& path, const SavedMap& saved) {
 
 }  // namespace
 
-void SaveMap(const std::string& path, const SavedMap& given) {
+void SaveMap(const SavedMap& given, const MapLock& lock, const std::optional<MapState>& replaces) {
   SavedMap saved = given;  // shares its tables
   if (saved.recordings.empty()) saved.recordings = RecordingsByTime(saved);
-  const std::vector<std::string> problems = ProblemsOf(saved);
-  if (problems.empty()) return WriteFile(path, saved);
-  Log(LogLevel::kWarning,
-      "{}: the map is not consistent, by a defect of this program; it is saved without "
-      "what is concerned ({} problems, first: {})",
-      path, problems.size(), problems.front());
-  WriteFile(path, WithoutProblems(saved));
+  if (const std::vector<std::string> problems = ProblemsOf(saved); !problems.empty()) {
+    Log(LogLevel::kWarning,
+        "{}: the map is not consistent, by a defect of this program; it is saved without "
+        "what is concerned ({} problems, first: {})",
+        lock.path(), problems.size(), problems.front());
+    saved = WithoutProblems(std::move(saved));
+  }
+  WriteFile(saved, lock, replaces);
+}
+
+void SaveMap(const std::string& path, const SavedMap& saved) {
+  CheckIsPlainFile(path);
+  SaveMap(saved, MapLock(path));
+}
+
+void EditMap(const std::string& path, const std::function<void(SavedMap&)>& edit) {
+  const MapLock lock(MapFileAt(path));
+  const std::optional<MapState> before = StateOfMap(lock.file());
+  SavedMap saved = LoadMap(lock.path());
+  edit(saved);
+  SaveMap(saved, lock, before);
 }
 
 }  // namespace oaslam

@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "oaslam/service/postgres.h"
-#include "oaslam/service/unique_fd.h"
+#include "oaslam/util/unique_fd.h"
 
 namespace oaslam {
 

@@ -4,12 +4,14 @@
 #include <sys/stat.h>
 
 #include <cerrno>
+#include <chrono>
 #include <span>
 #include <system_error>
 
 #include "oaslam/crypto/sha256.h"
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/storage/map_lock.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/printable.h"
 
@@ -17,6 +19,8 @@ namespace oaslam {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::chrono::seconds kPatience{10};  // that a client has with another program
 
 [[noreturn]] void ThrowUnavailable(const fs::path& path, int error) {
   throw StoreUnavailable(path.string() + ": " + std::generic_category().message(error));
@@ -80,6 +84,15 @@ std::vector<fs::path> FilesOfMaps(const fs::path& folder) {
   }
   if (error) ThrowUnavailable(folder, error.value());
   return files;
+}
+
+// While a map is replaced or removed, no other program edits one in its folder.
+MapLock LockMap(const fs::path& file) {
+  try {
+    return MapLock(file, kPatience);
+  } catch (const InputError& error) {
+    throw StoreUnavailable(error.what());
+  }
 }
 
 bool IsMapName(const std::string& name) {
@@ -215,6 +228,7 @@ StoredMap MapFiles::Put(const std::string& map, const fs::path& file) {
   Copy(source, copy);
   std::optional<StoredMap> stored = Describe(map, copy);
   if (!stored) ThrowUnavailable(copy, ENOENT);
+  const MapLock lock = LockMap(target);
   if (rename(copy.c_str(), target.c_str()) != 0) ThrowUnavailable(target, errno);
   SyncFolder(target.parent_path());
   return *stored;
@@ -224,6 +238,7 @@ bool MapFiles::Remove(const std::string& map) {
   bool was_there = false;
   // Another file of this name may stand behind the first one.
   while (const std::optional<fs::path> path = Locate(map)) {
+    const MapLock lock = LockMap(*path);
     if (unlink(path->c_str()) != 0 && errno != ENOENT) ThrowUnavailable(*path, errno);
     SyncFolder(path->parent_path());
     was_there = true;

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "oaslam/service/unique_fd.h"
+#include "oaslam/util/unique_fd.h"
 
 namespace oaslam {
 
