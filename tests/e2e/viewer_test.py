@@ -103,7 +103,7 @@ class TestViewer(harness.InFolder):
             assert f"port {program.port}" in outcome.err
 
     def test_edits_of_a_saved_map_are_written(self):
-        """One edit after another; what another program has written to the file meanwhile is not overwritten."""
+        """One edit after another; what another program edits in the file is shown and kept, and another map is not overwritten."""
         path = os.path.join(self.folder, "edited.map")
         shutil.copy(self.map, path)
         first = next(o for o in harness.read_json(os.path.join(self.out, "objects.json")))["id"]
@@ -126,10 +126,21 @@ class TestViewer(harness.InFolder):
             viewer.send({"type": "anchor", "name": old, "rename": new})
             assert answer() == [new]
             assert f"\n{new} " in oaslam("anchors", path).out
-        assert oaslam("anchors", path, "--rename", "door=window").code == 0
+        assert oaslam("anchors", path, "--rename", "door=window", "--place", f"note=flag@object:{first}").code == 0
+        assert answer() == ["note", "window"]
         viewer.send({"type": "anchor", "name": "door", "rename": "roof"})
+        assert 'no anchor "door"' in answer()
+        viewer.send({"type": "anchor", "name": "window", "rename": "roof"})
+        while answer() != ["note", "roof"]:
+            pass
+        assert {"note", "roof"} == {line.split()[0] for line in oaslam("anchors", path).out.splitlines()[1:-1]}
+        other = harness.DESK_MAP
+        shutil.copy(other, path + ".new")
+        os.replace(path + ".new", path)
         assert "has changed since it was opened" in answer()
-        assert "\nwindow " in oaslam("anchors", path).out
+        viewer.send({"type": "anchor", "name": "roof", "rename": "gate"})
+        assert "has changed since it was opened" in answer()
+        assert harness.read_bytes(path) == harness.read_bytes(other)
         assert oaslam("info", path).code == 0
         assert program.end() == 0, program.text
 

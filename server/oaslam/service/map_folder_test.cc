@@ -3,18 +3,21 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <sstream>
 #include <thread>
 
 #include "expect_input_error.h"
 #include "folder_test.h"
 #include "oaslam/service/map_store.h"
+#include "oaslam/storage/map_lock.h"
 
 namespace oaslam {
 namespace {
@@ -125,6 +128,48 @@ TEST_F(MapFolderTest, WhatOthersChangeIsNoticed) {
   fs::rename(folder.path() + "-away", folder.path());
   EXPECT_TRUE(wait_for(""));
   EXPECT_THAT(Names(*store), ElementsAre("attic"));
+}
+
+// A command that edits the map has the folder's lock meanwhile.
+TEST_F(MapFolderTest, ReplacingAMapWaitsForEditsOfIt) {
+  const std::string file = folder.Write("other/x", "new");
+  folder.Write("desk.map", "old");
+  const std::unique_ptr<MapStore> store = OpenMapFolder(folder.path());
+  for (const bool removes : {false, true}) {
+    std::optional<MapLock> lock(folder / "desk.map");
+    std::atomic<bool> is_done = false;
+    std::jthread replacing([&] {
+      removes ? static_cast<void>(store->Remove("desk"))
+              : static_cast<void>(store->Put("desk", file));
+      is_done = true;
+    });
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    EXPECT_FALSE(is_done);
+    EXPECT_EQ(folder.Read("desk.map"), removes ? "new" : "old");
+    lock.reset();
+    replacing.join();
+    EXPECT_EQ(folder.Read("desk.map"), removes ? "" : "new");
+  }
+}
+
+// Two servers on one folder.
+TEST_F(MapFolderTest, OfTwoProcessesThatEditNoneLosesAnEdit) {
+  constexpr int kEdits = 40;
+  const auto edit = [&](const std::string& prefix) {
+    const std::unique_ptr<MapStore> store = OpenMapFolder(folder.path());
+    for (int i = 0; i < kEdits; ++i)
+      store->EditAnchor("desk", prefix + std::to_string(i), FolderFlag(), true);
+  };
+  const pid_t child = fork();
+  if (child == 0) {
+    edit("a");
+    _exit(0);
+  }
+  edit("b");
+  int status = -1;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(status, 0);
+  EXPECT_THAT(OpenMapFolder(folder.path())->AnchorsSince("desk", 0).entries, SizeIs(2 * kEdits));
 }
 
 TEST_F(MapFolderTest, LeftoversOfDeadProcessesAreRemoved) {
