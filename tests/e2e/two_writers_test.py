@@ -145,6 +145,11 @@ class TestTwoWriters(harness.InFolder):
         assert edit.returncode == 0 and re.search(rf"a\.map: waits for .+ \(process {os.getpid()}\), which writes maps in this folder", err), err
         assert anchors(self.map) == {"late"}
 
+    def test_a_file_system_without_locks(self):
+        edit = subprocess.run([harness.BINARY, *place(self.map, "flag")], env={**os.environ, "LD_PRELOAD": os.environ["OASLAM_FAILING_LOCKS"]}, capture_output=True, text=True, timeout=60)
+        assert edit.returncode == 0, edit.stderr
+        assert anchors(self.map) == {"flag"}
+
     def test_a_map_in_a_folder_that_only_lets_itself_be_read(self):
         must_run("anchors", self.map)
         os.chmod(self.at, 0o500)

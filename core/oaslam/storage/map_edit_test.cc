@@ -189,7 +189,8 @@ TEST_F(MapEditTest, ALinkStaysOne) {
 }
 
 TEST_F(MapEditTest, WhatWasKilledLeavesIsRemoved) {
-  for (const char* name : {"a.map.123.tmp", "a.map.tmp", "a.map.my.tmp", "b.map.123.tmp"})
+  for (const char* name :
+       {"a.map.123-4.tmp", "a.map.123.tmp", "a.map.tmp", "a.map.my.tmp", "b.map.123.tmp"})
     folder.Write(name, "");
   EditMap(path_, [](SavedMap& saved) { Place("flag", saved); });
   EXPECT_THAT(Files(), ElementsAre("a.map", "a.map.my.tmp", "a.map.tmp", "b.map.123.tmp"));

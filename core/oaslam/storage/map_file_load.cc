@@ -275,8 +275,7 @@ SavedMap Load(const std::string& given, const Choice& is_wanted) {
   const unsigned threads = std::clamp(std::thread::hardware_concurrency(), 1U, kMostThreads);
   try {
     std::vector<SQLite::Database> connections;
-    for (unsigned i = 0; i < threads; ++i)
-      connections.emplace_back(path, SQLite::OPEN_READONLY | SQLite::OPEN_NOMUTEX);
+    for (unsigned i = 0; i < threads; ++i) connections.push_back(OpenToRead(path));
     SavedMap saved = ReadContent(connections, is_wanted);
     if (saved.recordings.empty()) saved.recordings = RecordingsByTime(saved);
     return saved;
@@ -301,7 +300,7 @@ bool IsMapFile(const std::string& path) {
 }
 
 std::optional<MapState> StateOfMap(const std::string& path) try {
-  SQLite::Database database(MapFileAt(path), SQLite::OPEN_READONLY | SQLite::OPEN_NOMUTEX);
+  SQLite::Database database = OpenToRead(MapFileAt(path));
   CheckKind(database);
   Map settings;
   Checksum scene;

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <filesystem>
 #include <functional>
@@ -26,7 +27,8 @@
 namespace oaslam {
 namespace {
 
-// How the name of a file ends that is not complete; before it is the number of the process.
+// How the name of a file ends that is not complete; before it are the number of the process and
+// that of the file among those that the process has written.
 constexpr std::string_view kTemporary = ".tmp";
 
 static_assert(std::endian::native == std::endian::little,
@@ -316,10 +318,12 @@ void RemoveLeftoversBeside(const MapLock& lock) {
   const std::string before = file.filename().string() + ".";
   for (const auto& entry : fs::directory_iterator(file.parent_path(), error)) {
     const std::string name = entry.path().filename().string();
-    if (!name.starts_with(before) || !name.ends_with(kTemporary)) continue;
-    const std::string process =
-        name.substr(before.size(), name.size() - before.size() - kTemporary.size());
-    if (!process.empty() && process.find_first_not_of("0123456789") == std::string::npos)
+    std::string_view numbers = name;
+    if (!numbers.starts_with(before)) continue;
+    numbers.remove_prefix(before.size());
+    if (!numbers.ends_with(kTemporary)) continue;
+    numbers.remove_suffix(kTemporary.size());
+    if (!numbers.empty() && numbers.find_first_not_of("0123456789-") == std::string_view::npos)
       fs::remove(entry.path(), error);
   }
 }
@@ -343,13 +347,13 @@ void WriteFile(const SavedMap& saved, const MapLock& lock,
   const std::string &path = lock.path(), &file = lock.file();
   RemoveLeftoversBeside(lock);
   std::error_code error;
-  const std::string temporary = fmt::format("{}.{}{}", file, getpid(), kTemporary);
+  static std::atomic<int> writes = 0;
+  const std::string temporary = fmt::format("{}.{}-{}{}", file, getpid(), ++writes, kTemporary);
   fs::remove(temporary, error);
   const Leftover leftover(temporary);
   try {
     {
-      SQLite::Database database(
-          temporary, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_NOMUTEX);
+      SQLite::Database database = CreateWithoutLocks(temporary);
       WriteContent(saved, database);
     }
     SyncToDisk(temporary);

@@ -25,6 +25,25 @@ void Checksum::Add(std::span<const std::byte> bytes) {
 
 std::string Checksum::Hex() const { return fmt::format("{:016x}", state_); }
 
+namespace {
+
+constexpr const char* kWithoutLocks = "unix-none";  // a file system of SQLite's
+
+}  // namespace
+
+SQLite::Database OpenToRead(const std::string& path) {
+  const int flags = SQLite::OPEN_READONLY | SQLite::OPEN_NOMUTEX;
+  SQLite::Database database(path, flags);
+  const int error = database.tryExec("PRAGMA schema_version") & 0xff;
+  if (error != SQLITE_BUSY && error != SQLITE_PERM && error != SQLITE_IOERR) return database;
+  return {path, flags, 0, kWithoutLocks};
+}
+
+SQLite::Database CreateWithoutLocks(const std::string& path) {
+  return {path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_NOMUTEX, 0,
+          kWithoutLocks};
+}
+
 RowWriter::RowWriter(SQLite::Database& database, Checksum& checksum, const std::string& table,
                      int columns)
     : checksum_(checksum),

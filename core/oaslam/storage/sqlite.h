@@ -33,6 +33,11 @@ class Checksum {
 // Errors of the database, and of what is in it, are a SQLite::Exception without the path: whoever
 // opens a file turns it into an InputError that names the path.
 
+// Map files are replaced as a whole and never changed in place, so that they can be read and
+// written without SQLite's locks, which some network drives do not have.
+SQLite::Database OpenToRead(const std::string& path);
+SQLite::Database CreateWithoutLocks(const std::string& path);
+
 // Inserts rows into a table, its columns in order, and adds them to the checksum. A Rigid3 is seven
 // columns (qx qy qz qw tx ty tz).
 class RowWriter {

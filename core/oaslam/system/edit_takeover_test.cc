@@ -48,7 +48,9 @@ class EditTakeoverTest : public testing::Test {
   }
 
   static Anchor AnchorAt(uint32_t keyframe, double size = 0.2) {
-    return {"tree", size, KeyframeId(keyframe), Rigid3({}, {0.1, 0.2, 1}), {}, {0, 0, 0}};
+    return {
+        "tree", size,     KeyframeId(keyframe), Rigid3(Rigid3::Rotation::Identity(), {0.1, 0.2, 1}),
+        {},     {0, 0, 0}};
   }
   void Edit(Map& map, ObjectId id, const ObjectEdit& edit) const {
     EditObject(map, id, edit, config_);
