@@ -380,8 +380,10 @@ void Run(const RunOptions& given) {
 
   Slam slam(config, inputs.camera());
   slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
-  if (!options.map_in.empty()) slam.Load(options.map_in);
-  map_out.BeginsWith(options.map_in, *MapOf(slam.Snapshot()));
+  if (!options.map_in.empty()) {
+    slam.Load(options.map_in);
+    map_out.BeginsWith(options.map_in, *MapOf(slam.Snapshot()));
+  }
   UseMask(options.mask, mask, slam, inputs.camera());
   slam.NameRecording(NameOfImages(options.images), ImagesOnDisk(options.images));
   int first_frame = FramesOf(SavedMapOf(slam.WholeMap()));

@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <functional>
@@ -109,7 +110,8 @@ class AnchorFile {
   // that it is never half new. Returns the map with its anchors. Throws InputError if the file no
   // longer contains the map that is shown, since another program has written it.
   Map Edit(const std::function<void(const Map&, Anchors&)>& edit) {
-    const MapLock lock(path_);
+    constexpr std::chrono::seconds kPatience{10};  // that a viewer has with another program
+    const MapLock lock(path_, kPatience);
     stamp_ = StampOfFile();
     const std::optional<MapState> state = StateOfMap(path_);
     if (!state || !shown_ || state->scene != shown_->scene)
