@@ -4,7 +4,6 @@
 #include <fcntl.h>
 
 #include <cerrno>
-#include <cstdarg>
 
 namespace {
 
@@ -22,24 +21,19 @@ int FcntlWithoutLocks(const char* name, int file, int command, void* argument) {
 
 extern "C" {
 
-int flock(int, int) {
+// By other names, since <fcntl.h> has a type and functions of theirs.
+int FailingFlock(int file, int operation) __asm__("flock");
+int FailingFcntl(int file, int command, void* argument) __asm__("fcntl");
+int FailingFcntl64(int file, int command, void* argument) __asm__("fcntl64");
+
+int FailingFlock(int, int) {
   errno = ENOLCK;
   return -1;
 }
-
-int fcntl(int file, int command, ...) {
-  va_list arguments;
-  va_start(arguments, command);
-  void* argument = va_arg(arguments, void*);
-  va_end(arguments);
+int FailingFcntl(int file, int command, void* argument) {
   return FcntlWithoutLocks("fcntl", file, command, argument);
 }
-
-int fcntl64(int file, int command, ...) {
-  va_list arguments;
-  va_start(arguments, command);
-  void* argument = va_arg(arguments, void*);
-  va_end(arguments);
+int FailingFcntl64(int file, int command, void* argument) {
   return FcntlWithoutLocks("fcntl64", file, command, argument);
 }
 }
