@@ -28,7 +28,8 @@ void SaveMap(const SavedMap& saved, const MapLock& lock,
              const std::optional<MapState>& replaces = std::nullopt);
 
 // Changes a map file (MapFileAt): loads it, calls `edit`, and saves it, while all others that
-// change maps in its folder wait. If `edit` throws, the file stays as it is. Throws InputError.
+// change maps in its folder wait; so `edit` must not save one there. If it throws, the file stays
+// as it is. Throws InputError.
 void EditMap(const std::string& path, const std::function<void(SavedMap&)>& edit);
 
 }  // namespace oaslam

@@ -316,15 +316,16 @@ void RemoveLeftoversBeside(const MapLock& lock) {
   std::error_code error;
   const fs::path file = fs::absolute(lock.file(), error);
   const std::string before = file.filename().string() + ".";
-  for (const auto& entry : fs::directory_iterator(file.parent_path(), error)) {
-    const std::string name = entry.path().filename().string();
+  for (fs::directory_iterator entry(file.parent_path(), error);
+       !error && entry != fs::directory_iterator(); entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
     std::string_view numbers = name;
     if (!numbers.starts_with(before)) continue;
     numbers.remove_prefix(before.size());
     if (!numbers.ends_with(kTemporary)) continue;
     numbers.remove_suffix(kTemporary.size());
     if (!numbers.empty() && numbers.find_first_not_of("0123456789-") == std::string_view::npos)
-      fs::remove(entry.path(), error);
+      unlink(entry->path().c_str());
   }
 }
 
