@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import threading
+import time
 
 import harness
 import pytest
@@ -143,6 +144,25 @@ class TestViewer(harness.InFolder):
         assert harness.read_bytes(path) == harness.read_bytes(other)
         assert oaslam("info", path).code == 0
         assert program.end() == 0, program.text
+
+    def test_two_viewers_and_a_command_edit_one_map(self):
+        path = os.path.join(self.folder, "shared.map")
+        shutil.copy(self.map, path)
+        names = [f"{who}{i}" for who in "abc" for i in range(4)]
+        must_run("anchors", path, "--quiet", *(word for name in names for word in ("--place", f"{name}=flag@keyframe:0:320,240")))
+        programs = [Program("view", path, "--port", "0") for _ in range(2)]
+        for program in programs:
+            self.cleanup.callback(program.process.kill)
+        viewers = [self.watch(program) for program in programs]
+        for i in range(4):
+            for viewer, who in zip(viewers, "ab"):
+                viewer.send({"type": "anchor", "name": f"{who}{i}", "rename": f"{who}{i}-new"})
+            must_run("anchors", path, "--rename", f"c{i}=c{i}-new", "--quiet")
+        expected, end = {f"{name}-new" for name in names}, time.monotonic() + 30
+        while (found := {line.split()[0] for line in must_run("anchors", path).out.splitlines()[1:-1]}) != expected:
+            assert time.monotonic() < end, found
+        for program in programs:
+            assert program.end() == 0, program.text
 
     def test_bad_input(self):
         for options, words in ((["/nowhere"], "no such file"), ([self.folder + "/nothing.map"], "no such file"), ([harness.SAMPLE], "neither a map file"),
