@@ -32,7 +32,7 @@ class QuietStderr {
 CLI::Option* AddDetectorOptions(CLI::App& app, DetectorSettings& settings) {
   app.add_option("--detector-layout", settings.layout,
                  "Layout of the network's output, if it is not recognised correctly")
-      ->check(CLI::IsMember({"auto", "yolox", "yolov5", "yolov8", "end2end"}))
+      ->check(CLI::IsMember({"auto", "yolox", "yolov5", "yolov8", "end2end", "rtdetr"}))
       ->capture_default_str();
   app.add_option("--detector-size", settings.size,
                  "Side of the network's square input in pixels, where the file leaves it open")

@@ -44,6 +44,12 @@ inline std::string IntAttribute(const std::string& name, uint64_t value) {
   return Bytes(5, Bytes(1, name) + Number(3, value) + Number(20, 2));
 }
 
+inline std::string IntsAttribute(const std::string& name, const std::vector<uint64_t>& values) {
+  std::string list;
+  for (const uint64_t value : values) list += Number(8, value);
+  return Bytes(5, Bytes(1, name) + list + Number(20, 7));
+}
+
 // A constant tensor; without dimensions a scalar.
 inline std::string Constant(const std::string& name, const std::vector<uint64_t>& dimensions,
                             const std::vector<float>& values) {
@@ -55,10 +61,11 @@ inline std::string Constant(const std::string& name, const std::vector<uint64_t>
   return Bytes(5, tensor + Number(2, 1) + Bytes(8, name) + Bytes(9, raw));
 }
 inline std::string IntConstant(const std::string& name, const std::vector<uint64_t>& dimensions,
-                               uint64_t value) {
-  std::string tensor;
+                               const std::vector<uint64_t>& values) {
+  std::string tensor, packed;
   for (const uint64_t size : dimensions) tensor += Number(1, size);
-  return Bytes(5, tensor + Number(2, 7) + Bytes(7, Varint(value)) + Bytes(8, name));
+  for (const uint64_t value : values) packed += Varint(value);
+  return Bytes(5, tensor + Number(2, 7) + Bytes(7, packed) + Bytes(8, name));
 }
 
 // A file with this graph (operator set 13) and metadata.

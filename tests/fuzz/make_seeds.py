@@ -96,7 +96,8 @@ def onnx():
     """An ONNX model with an input of 1 x 3 x 64 x 64 and names of classes."""
     shape = b"".join(field(1, field(1, size)) for size in (1, 3, 64, 64))
     value = field(1, b"images") + field(2, field(1, field(1, 1) + field(2, shape)))
-    return field(7, field(11, value)) + field(14, field(1, b"names") + field(2, b"{0: 'person', 1: \"baby's bed\"}"))
+    told = {b"names": b"{0: 'person', 1: \"baby's bed\"}", b"task": b"pose", b"kpt_shape": b"[17, 3]", b"args": b"{'batch': 1, 'nms': True}"}
+    return field(7, field(11, value)) + b"".join(field(14, field(1, key) + field(2, text)) for key, text in told.items())
 
 
 def triangle():

@@ -8,6 +8,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   ParseNamesMetadata(text);
   const auto info = ParseOnnxInfo(text);
   if (!info) return 0;
-  for (const auto& [key, value] : info->metadata) ParseNamesMetadata(value);
+  ParseHeadMetadata(info->metadata);
+  for (const auto& [key, value] : info->metadata)
+    ParseHeadMetadata({{"names", value}, {"args", value}, {"kpt_shape", value}});
   return 0;
 }

@@ -109,7 +109,8 @@ void AddDetectors(py::module_& m) {
                     .value("YOLOX", DetectorLayout::kYolox, doc::DetectorLayout_kYolox)
                     .value("YOLOV5", DetectorLayout::kYolov5, doc::DetectorLayout_kYolov5)
                     .value("YOLOV8", DetectorLayout::kYolov8, doc::DetectorLayout_kYolov8)
-                    .value("END_TO_END", DetectorLayout::kEndToEnd, doc::DetectorLayout_kEndToEnd);
+                    .value("END_TO_END", DetectorLayout::kEndToEnd, doc::DetectorLayout_kEndToEnd)
+                    .value("RT_DETR", DetectorLayout::kRtDetr, doc::DetectorLayout_kRtDetr);
   SayAsToString(layout);
   auto backend = py::enum_<NetworkBackend>(m, "NetworkBackend", doc::NetworkBackend)
                      .value("AUTO", NetworkBackend::kAuto)

@@ -162,6 +162,7 @@ class DetectorLayout:
     YOLOV5: ClassVar[DetectorLayout]
     YOLOV8: ClassVar[DetectorLayout]
     END_TO_END: ClassVar[DetectorLayout]
+    RT_DETR: ClassVar[DetectorLayout]
     __members__: ClassVar[Mapping[str, Any]]
     def __init__(self, value: int) -> None: ...
     def __int__(self) -> int: ...

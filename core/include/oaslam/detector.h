@@ -22,13 +22,17 @@ enum class DetectorLayout {
   // N x (5 + C): cx cy w h in network pixels, objectness (v5, v6, v7). Input: RGB 0..1, padded on
   // both sides.
   kYolov5,
-  // (4 + C) x N: cx cy w h in network pixels, no objectness (v8, v9, v11, v12). Input: as kYolov5.
+  // (4 + C) x N, or N x (4 + C): cx cy w h in network pixels, no objectness (v8, v9, v11, v12).
+  // Input: as kYolov5.
   kYolov8,
   // N x 6: x1 y1 x2 y2 score class, already suppressed (v10, exports with NMS). Input: as kYolov5.
   kEndToEnd,
+  // N x (4 + C), or N x 6 with score and class: cx cy w h as shares of the image (RT-DETR). Input:
+  // RGB 0..1, stretched to the input's size.
+  kRtDetr,
 };
 
-// "auto", "yolox", "yolov5", "yolov8", "end2end".
+// "auto", "yolox", "yolov5", "yolov8", "end2end", "rtdetr".
 OASLAM_API const char* ToString(DetectorLayout layout);
 // Nothing for any other word.
 OASLAM_API std::optional<DetectorLayout> DetectorLayoutFromString(const std::string& name);
@@ -60,14 +64,18 @@ struct DetectorOptions {
 class OASLAM_API Detector {
  public:
   // `model`: the path of an ONNX file, or the name of a detector (FindDetectorModel).
-  // Throws InputError where the file is missing, is no ONNX file, or its network is no detector,
-  // does not have the requested layout, or cannot be run by the requested library.
+  // Of a network for keypoints or oriented boxes, the boxes alone are used: of an oriented one, the
+  // upright box around it; a message says so. Throws InputError where the file is missing, is no
+  // ONNX file, or its network is no detector, does not have the requested layout, or cannot be run
+  // by the requested library.
   static std::unique_ptr<Detector> Load(const std::string& model,
                                         const DetectorOptions& options = {});
   ~Detector();
 
   // Detects objects in an 8-bit image (grey, BGR or BGRA; else InputError). Boxes are in its
-  // pixels, clipped to it, best first. It takes tenths of a second, on the caller's thread.
+  // pixels, clipped to it, best first. It takes tenths of a second, on the caller's thread. Throws
+  // InputError where scores outside 0 to 1, or in the first images most boxes outside the image,
+  // show that the output has another layout.
   std::vector<Detection> Detect(const cv::Mat& image);
 
   // The layout that was requested or recognised; never kAuto.

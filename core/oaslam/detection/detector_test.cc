@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
@@ -57,8 +58,34 @@ std::string SuppressionByBrightness() {
                   {10, 10, 30, 30, 0.9F, 5,  //
                    11, 11, 31, 31, 0.8F, 6,  //
                    40, 40, 60, 60, 0.7F, 7}) +
-         IntConstant("most", {1}, 10) + IntConstant("column", {}, 2) +
+         IntConstant("most", {1}, {10}) + IntConstant("column", {}, {2}) +
          Constant("most_overlap", {1}, {0.5F}) + Constant("least_score", {1}, {0.5F});
+}
+
+// A network that finds the same in every image: an input of 64 x 64, an output of these numbers.
+std::string ConstantNetwork(const std::vector<uint64_t>& shape, const std::vector<float>& numbers,
+                            const std::map<std::string, std::string>& metadata = {}) {
+  using testing::Constant, testing::Dimension, testing::Node;
+  size_t size = 1;
+  std::vector<std::string> dimensions;
+  for (const uint64_t length : shape) {
+    size *= length;
+    dimensions.push_back(Dimension(length));
+  }
+  std::vector<float> all(numbers);
+  all.resize(size);
+  std::string file = testing::OnnxFile(
+      Node("GlobalAveragePool", {"images"}, "mean") +
+      Node("Conv", {"mean", "none", "all"}, "flat",
+           testing::IntsAttribute("kernel_shape", {1, 1})) +
+      Node("Reshape", {"flat", "shape"}, "output0") +
+      Constant("none", {size, 3, 1, 1}, std::vector<float>(3 * size)) +
+      Constant("all", {size}, all) + testing::IntConstant("shape", {shape.size()}, shape) +
+      testing::GraphEnd(11, "images", {Dimension(1), Dimension(3), Dimension(64), Dimension(64)}) +
+      testing::GraphEnd(12, "output0", dimensions));
+  for (const auto& [key, value] : metadata)
+    file += testing::Bytes(14, testing::Bytes(1, key) + testing::Bytes(2, value));
+  return file;
 }
 
 class DetectorBy : public ::testing::TestWithParam<NetworkBackend> {
@@ -133,6 +160,54 @@ TEST_P(DetectorBy, ANetworkThatTheLibraryCannotRunIsRefused) {
   EXPECT_THAT(ErrorOf(path, {.backend = GetParam()}),
               AllOf(StartsWith(path + ": "), HasSubstr(" cannot run this network: "),
                     HasSubstr("NoSuchOperation")));
+}
+
+TEST_P(DetectorBy, RtDetrGetsTheImageStretched) {
+  const TempFolder folder;
+  const auto detector =
+      Detector::Load(folder.Write("network.onnx",
+                                  ConstantNetwork({1, 300, 6}, {0.5F, 0.25F, 0.5F, 0.25F, 0.9F, 41},
+                                                  {{"head", "RTDETRDecoder"}})),
+                     {.backend = GetParam()});
+  EXPECT_EQ(detector->layout(), DetectorLayout::kRtDetr);
+  const auto found = detector->Detect(cv::Mat(40, 120, CV_8UC3, cv::Scalar::all(9)));
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].category_id, 41);
+  EXPECT_NEAR(found[0].box.x1, 30, 1e-4);
+  EXPECT_NEAR(found[0].box.y1, 5, 1e-4);
+  EXPECT_NEAR(found[0].box.x2, 90, 1e-4);
+  EXPECT_NEAR(found[0].box.y2, 15, 1e-4);
+}
+
+TEST_P(DetectorBy, OtherKindsOfNetworksAreRefusedByName) {
+  const TempFolder folder;
+  const auto error = [&](const std::vector<uint64_t>& shape,
+                         const std::map<std::string, std::string>& metadata = {}) {
+    return ErrorOf(folder.Write("network.onnx", ConstantNetwork(shape, {}, metadata)),
+                   {.backend = GetParam()});
+  };
+  EXPECT_THAT(error({1, 6}, {{"task", "classify"}}), HasSubstr("a classification network"));
+  EXPECT_THAT(error({1, 1000}),
+              HasSubstr("outputs [1, 1000] for an input of 64x64 (a classification, or"));
+  EXPECT_THAT(error({1, 19, 16, 16}), HasSubstr("(a segmentation without boxes, or grids"));
+  EXPECT_THAT(error({1, 19, 16, 16}, {{"task", "semantic"}}), HasSubstr("; task 'semantic')"));
+}
+
+TEST_P(DetectorBy, AnOutputThatContradictsTheLayoutIsRefused) {
+  const TempFolder folder;
+  const auto write = [&](const std::vector<uint64_t>& shape, const std::vector<float>& numbers) {
+    return folder.Write("network.onnx", ConstantNetwork(shape, numbers));
+  };
+  // 84 candidates; of a network for keypoints, the first number behind the class is one of pixels.
+  std::vector<float> columns(6 * 84);
+  columns[5 * 84] = 290.5F;
+  EXPECT_THAT(ErrorOf(write({1, 6, 84}, columns), {.backend = GetParam()}),
+              HasSubstr("its output [1, 6, 84] was taken for layout 'yolov8' of 2 classes, but "
+                        "gives a score of 290.5, allowed: 0 to 1"));
+  // Normalised corners. The first box is seen before the first image.
+  EXPECT_THAT(
+      ErrorOf(write({1, 300, 6}, {0.2F, 0.3F, 0.4F, 0.5F, 0.9F, 41}), {.backend = GetParam()}),
+      AllOf(HasSubstr("layout 'end2end'"), HasSubstr("1 of 1 boxes of the first images")));
 }
 
 INSTANTIATE_TEST_SUITE_P(, DetectorBy,

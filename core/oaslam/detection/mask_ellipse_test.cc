@@ -66,7 +66,7 @@ TEST(MaskEllipse, OnlyInsideTheBox) {
 
 TEST(MaskEllipse, LeavesTheLetterboxAsBoxesDo) {
   const Letterbox letterbox =
-      MakeLetterbox(cv::Mat(480, 640, CV_8UC3, cv::Scalar::all(0)), {320, 320}, true);
+      MakeLetterbox(cv::Mat(480, 640, CV_8UC3, cv::Scalar::all(0)), {320, 320}, Fit::kCentered);
   const auto ellipse = FromLetterbox(letterbox, std::array{160.0, 160.0, 20.0, 10.0, 0.3});
   const Box box = FromLetterbox(letterbox, Box{150, 155, 170, 165}, {640, 480});
   EXPECT_DOUBLE_EQ(ellipse[0], box.Center().x());

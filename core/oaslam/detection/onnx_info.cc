@@ -35,6 +35,29 @@ std::vector<int64_t> ShapeOfValue(std::string_view value_info) {
   return shape;
 }
 
+// The product of a list such as [17, 3]; 0 for other text.
+int ProductOf(const std::string& text) try {
+  constexpr int kMost = 10'000;  // more than any network has
+  int product = 1;
+  const YAML::Node list = YAML::Load(text);
+  for (const auto& size : list) {
+    const int factor = size.as<int>();
+    if (factor < 1 || factor > kMost / product) return 0;
+    product *= factor;
+  }
+  return list.IsSequence() && list.size() > 0 ? product : 0;
+} catch (const YAML::Exception&) {
+  return 0;
+}
+
+// Whether a dictionary, as {'batch': 1, 'nms': True}, has the value true for this key.
+bool IsTrueIn(const std::string& dictionary, const char* key) try {
+  const YAML::Node node = YAML::Load(dictionary);
+  return node.IsMap() && node[key] && node[key].as<bool>();
+} catch (const YAML::Exception&) {
+  return false;
+}
+
 }  // namespace
 
 std::optional<OnnxInfo> ParseOnnxInfo(std::string_view bytes) try {
@@ -87,6 +110,20 @@ std::map<int, std::string> ParseNamesMetadata(std::string_view text) try {
   return names;
 } catch (const YAML::Exception&) {
   return {};
+}
+
+HeadMetadata ParseHeadMetadata(const std::map<std::string, std::string>& metadata) {
+  const auto value = [&](const char* key) {
+    const auto found = metadata.find(key);
+    return found == metadata.end() ? std::string() : found->second;
+  };
+  HeadMetadata head;
+  head.task = value("task");
+  head.names = ParseNamesMetadata(value("names"));
+  head.keypoint_values = ProductOf(value("kpt_shape"));
+  head.is_suppressed = value("end2end") == "True" || IsTrueIn(value("args"), "nms");
+  head.is_rt_detr = value("head") == "RTDETRDecoder";
+  return head;
 }
 
 }  // namespace oaslam

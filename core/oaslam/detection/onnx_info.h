@@ -24,4 +24,16 @@ std::optional<OnnxInfo> ParseOnnxInfo(std::string_view bytes);
 // bed"}. Returns an empty map for other text.
 std::map<int, std::string> ParseNamesMetadata(std::string_view text);
 
+// What an exporter says in the metadata of a file about the output of a network; empty where it
+// says nothing. The keys are those of Ultralytics' exports, which other exporters write, too.
+struct HeadMetadata {
+  std::string task;                  // "detect", "segment", "pose", "obb", "classify"
+  std::map<int, std::string> names;  // of the classes
+  int keypoint_values = 0;           // numbers for the keypoints of one candidate
+  bool is_suppressed = false;        // the network drops overlapping boxes itself
+  bool is_rt_detr = false;
+};
+
+HeadMetadata ParseHeadMetadata(const std::map<std::string, std::string>& metadata);
+
 }  // namespace oaslam

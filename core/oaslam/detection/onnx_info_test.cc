@@ -55,5 +55,26 @@ TEST(OnnxInfo, ReadsNames) {
     EXPECT_TRUE(ParseNamesMetadata(text).empty()) << text.substr(0, 100);
 }
 
+TEST(OnnxInfo, ReadsWhatExportersSayOfTheHead) {
+  const HeadMetadata pose = ParseHeadMetadata({{"task", "pose"},
+                                               {"names", "{0: 'person'}"},
+                                               {"kpt_shape", "[17, 3]"},
+                                               {"end2end", "False"},
+                                               {"args", "{'batch': 1, 'nms': True}"}});
+  EXPECT_EQ(pose.task, "pose");
+  EXPECT_EQ(pose.names, (std::map<int, std::string>{{0, "person"}}));
+  EXPECT_EQ(pose.keypoint_values, 51);
+  EXPECT_TRUE(pose.is_suppressed);
+  EXPECT_FALSE(pose.is_rt_detr);
+  EXPECT_TRUE(ParseHeadMetadata({{"end2end", "True"}}).is_suppressed);
+  EXPECT_TRUE(ParseHeadMetadata({{"head", "RTDETRDecoder"}}).is_rt_detr);
+  EXPECT_FALSE(ParseHeadMetadata({{"args", R"({"nms": false, "half": null})"}}).is_suppressed);
+  for (const char* bad :
+       {"", "17", "[]", "[17, -3]", "[17, many]", "[100000, 100000]", "[*a", "{a: 1}"})
+    EXPECT_EQ(ParseHeadMetadata({{"kpt_shape", bad}}).keypoint_values, 0) << bad;
+  for (const char* bad : {"nms", "{nms: [True]}", "{nms: maybe}", "{*a", "[nms]"})
+    EXPECT_FALSE(ParseHeadMetadata({{"args", bad}}).is_suppressed) << bad;
+}
+
 }  // namespace
 }  // namespace oaslam

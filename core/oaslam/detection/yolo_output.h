@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "oaslam/detection/onnx_info.h"
 #include "oaslam/detector.h"
 #include "oaslam/types.h"
 
@@ -15,24 +16,50 @@ struct OutputFormat {
   DetectorLayout layout = DetectorLayout::kAuto;
   int classes = 0;
   int masks = 0;
+  bool is_transposed = false;  // kYolov8 with a row for each candidate, as all other layouts have
+  bool has_class = false;      // kRtDetr with score and class instead of the scores of all classes
+  bool has_angle = false;      // boxes are oriented: the last number of each is its angle, radians
 };
+
+// The numbers of the candidates in an output, whichever way round it is.
+struct Candidates {
+  const float* data = nullptr;
+  int count = 0, numbers = 0;  // candidates; numbers of each
+  size_t next = 0, step = 0;   // floats from a candidate, and from a number, to the next
+
+  float operator()(int candidate, int number) const {
+    return data[static_cast<size_t>(candidate) * next + static_cast<size_t>(number) * step];
+  }
+};
+Candidates CandidatesOf(const cv::Mat& output, const OutputFormat& format);
+
+// The numbers of a candidate that are scores between 0 and 1: [first, end).
+struct ScoreNumbers {
+  int first = 0, end = 0;
+};
+ScoreNumbers ScoresOf(const OutputFormat& format);
 
 // A detection and its place in the output: the row, or the column of kYolov8.
 struct Candidate : Detection {
   int place = 0;
 };
 
-// Recognises the layout from the shape of an output, the input size, the metadata (`named_classes`:
-// number of class names in the file, 0: unknown) and a second output of prototypes (`masks`: their
-// number, 0: none); nothing where the output is not that of a detector. If `wanted` is not kAuto it
-// is only checked against the shape.
-std::optional<OutputFormat> RecognizeOutput(const std::vector<int>& shape,
-                                            const cv::Size& network_size, DetectorLayout wanted,
-                                            int named_classes, bool end_to_end, int masks = 0);
+// Recognises the layout of an output of the network by its shape, its metadata, the unit of its
+// boxes and a second output of prototypes (`masks`: their number, 0: none); nothing where the
+// output is not that of a detector. If `wanted` is not kAuto it is only checked against the shape.
+std::optional<OutputFormat> RecognizeOutput(const cv::Mat& output, const cv::Size& network_size,
+                                            DetectorLayout wanted, const HeadMetadata& head,
+                                            int masks = 0);
 
 // Decodes the candidates with score > min_score of one output (float, batch of one), with boxes in
-// network pixels, in the order of the tensor.
-// Where the layout has scores of all classes, they have up to three other labels.
+// network pixels, in the order of the tensor. Where the layout has scores of all classes, they have
+// up to three other labels. A class that is no whole number becomes -1; boxes may be empty or not
+// finite.
+std::vector<Candidate> DecodeCandidates(const cv::Mat& output, const OutputFormat& format,
+                                        const cv::Size& network_size, double min_score);
+// Whether a candidate has a class and a box.
+bool IsUsable(const Detection& detection);
+// The candidates that are usable.
 std::vector<Candidate> DecodeOutput(const cv::Mat& output, const OutputFormat& format,
                                     const cv::Size& network_size, double min_score);
 

@@ -4,6 +4,9 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
+
+#include "oaslam/detection/layout_check.h"
 
 namespace oaslam {
 namespace {
@@ -17,6 +20,21 @@ cv::Mat Tensor(int rows, int columns) {
 }
 
 float& At(cv::Mat& tensor, int row, int column) { return tensor.at<float>(0, row, column); }
+
+HeadMetadata HeadOf(int names, bool is_suppressed = false) {
+  HeadMetadata head;
+  for (int i = 0; i < names; ++i) head.names[i] = "name";
+  head.is_suppressed = is_suppressed;
+  return head;
+}
+
+// By the shape alone: the output is all zero.
+std::optional<OutputFormat> Recognize(const std::vector<int>& shape, const cv::Size& size,
+                                      DetectorLayout wanted, int names, bool is_suppressed,
+                                      int masks = 0) {
+  return RecognizeOutput(cv::Mat(shape, CV_32F, cv::Scalar(0)), size, wanted,
+                         HeadOf(names, is_suppressed), masks);
+}
 
 void FillRow(cv::Mat& tensor, int row, const std::vector<float>& values) {
   for (size_t i = 0; i < values.size(); ++i) At(tensor, row, static_cast<int>(i)) = values[i];
@@ -70,8 +88,8 @@ TEST(YoloOutput, IgnoresMaskCoefficients) {
   At(tensor, 2, 3) = At(tensor, 3, 3) = 10;
   At(tensor, 5, 3) = 0.6F;
   At(tensor, 20, 3) = 5;  // no class
-  const auto format = RecognizeOutput({1, 4 + kClasses + 32, kCells}, kYoloInput,
-                                      DetectorLayout::kAuto, kClasses, false);
+  const auto format =
+      Recognize({1, 4 + kClasses + 32, kCells}, kYoloInput, DetectorLayout::kAuto, kClasses, false);
   ASSERT_TRUE(format);
   EXPECT_EQ(format->classes, kClasses);
   const auto found = DecodeOutput(tensor, *format, kYoloInput, 0.3);
@@ -99,8 +117,8 @@ TEST(YoloOutput, PrototypesTellWhereCoefficientsBegin) {
     EXPECT_EQ(MaskCoefficients(tensor, format, found[0].place), (std::vector<float>{9, 8, 7, 6}));
   };
   // Without names: the number of classes follows from that of the prototypes.
-  const auto v8 = RecognizeOutput({1, 4 + kClasses + kMasks, kCells}, kYoloInput,
-                                  DetectorLayout::kAuto, 0, false, kMasks);
+  const auto v8 = Recognize({1, 4 + kClasses + kMasks, kCells}, kYoloInput, DetectorLayout::kAuto,
+                            0, false, kMasks);
   ASSERT_TRUE(v8);
   EXPECT_EQ(v8->classes, kClasses);
   cv::Mat columns = Tensor(4 + kClasses + kMasks, kCells);
@@ -108,8 +126,8 @@ TEST(YoloOutput, PrototypesTellWhereCoefficientsBegin) {
   for (size_t i = 0; i < column.size(); ++i) At(columns, static_cast<int>(i), 17) = column[i];
   check(columns, *v8);
 
-  const auto v5 = RecognizeOutput({1, 3 * kCells, 5 + kClasses + kMasks}, kYoloInput,
-                                  DetectorLayout::kAuto, 0, false, kMasks);
+  const auto v5 = Recognize({1, 3 * kCells, 5 + kClasses + kMasks}, kYoloInput,
+                            DetectorLayout::kAuto, 0, false, kMasks);
   ASSERT_TRUE(v5);
   EXPECT_EQ(v5->layout, DetectorLayout::kYolov5);
   EXPECT_EQ(v5->classes, kClasses);
@@ -117,15 +135,14 @@ TEST(YoloOutput, PrototypesTellWhereCoefficientsBegin) {
   FillRow(rows, 17, {30, 20, 10, 4, 1, 0.1F, 0.2F, 0.9F, 9, 8, 7, 6});
   check(rows, *v5);
 
-  const auto end_to_end = RecognizeOutput({1, 300, 6 + kMasks}, kYoloInput, DetectorLayout::kAuto,
-                                          0, true, kMasks);  // YOLO26-seg
+  const auto end_to_end = Recognize({1, 300, 6 + kMasks}, kYoloInput, DetectorLayout::kAuto, 0,
+                                    true, kMasks);  // YOLO26-seg
   ASSERT_TRUE(end_to_end);
   EXPECT_EQ(end_to_end->layout, DetectorLayout::kEndToEnd);
   cv::Mat listed = Tensor(300, 6 + kMasks);
   FillRow(listed, 17, {25, 18, 35, 22, 0.9F, 2, 9, 8, 7, 6});
   check(listed, *end_to_end);
-  EXPECT_FALSE(
-      RecognizeOutput({1, 300, 6 + kMasks}, kYoloInput, DetectorLayout::kEndToEnd, 0, true));
+  EXPECT_FALSE(Recognize({1, 300, 6 + kMasks}, kYoloInput, DetectorLayout::kEndToEnd, 0, true));
 }
 
 TEST(YoloOutput, DropsWhatIsNoBox) {
@@ -139,8 +156,7 @@ TEST(YoloOutput, DropsWhatIsNoBox) {
 
 DetectorLayout Guess(const std::vector<int>& shape, int size = 640, int names = 0,
                      bool end_to_end = false) {
-  const auto format =
-      RecognizeOutput(shape, {size, size}, DetectorLayout::kAuto, names, end_to_end);
+  const auto format = Recognize(shape, {size, size}, DetectorLayout::kAuto, names, end_to_end);
   return format ? format->layout : DetectorLayout::kAuto;
 }
 
@@ -163,12 +179,181 @@ TEST(YoloOutput, RefusesOtherNetworks) {
   EXPECT_EQ(Guess({2, 25200, 85}), DetectorLayout::kAuto);          // a batch of two
 }
 
+// One candidate in an output, by the metadata where there are any.
+struct OneBox {
+  const char* what;
+  std::vector<int> shape;
+  int candidate;
+  std::vector<float> numbers;
+  HeadMetadata head;
+  DetectorLayout layout;
+  int category;
+  Box box;
+};
+
+std::vector<float> WithScore(std::vector<float> box, int classes, int category,
+                             const std::vector<float>& rest = {}) {
+  box.resize(4 + static_cast<size_t>(classes));
+  box[4 + static_cast<size_t>(category)] = 0.9F;
+  box.insert(box.end(), rest.begin(), rest.end());
+  return box;
+}
+
+std::vector<OneBox> OtherHeads() {
+  const auto head = [](int names, const char* task, int keypoint_values = 0) {
+    HeadMetadata made = HeadOf(names);
+    made.task = task;
+    made.keypoint_values = keypoint_values;
+    return made;
+  };
+  HeadMetadata rt_detr = head(80, "detect"), flagged = head(80, "pose");
+  rt_detr.is_rt_detr = true;
+  flagged.is_suppressed = true;
+  constexpr auto kV8 = DetectorLayout::kYolov8, kListed = DetectorLayout::kEndToEnd,
+                 kDetr = DetectorLayout::kRtDetr;
+  const Box box{200, 260, 300, 340}, share{200, 240, 300, 320};  // input 640x640
+  const std::vector<float> centre{250, 300, 100, 80}, shares{0.390625F, 0.4375F, 0.15625F, 0.125F};
+  const std::vector<float> points(51, 290.5F);
+  // Turned by 90 degrees, an oriented box of 100 x 80 is one of 80 x 100.
+  const float quarter = std::numbers::pi_v<float> / 2;
+  const Box turned{210, 250, 290, 350};
+  return {
+      {"pose",
+       {1, 56, 8400},
+       4000,
+       WithScore(centre, 1, 0, points),
+       head(1, "pose", 51),
+       kV8,
+       0,
+       box},
+      {"oriented",
+       {1, 20, 8400},
+       4000,
+       WithScore(centre, 15, 3, {quarter}),
+       head(15, "obb"),
+       kV8,
+       3,
+       turned},
+      {"pose, listed",
+       {1, 300, 57},
+       0,
+       WithScore({200, 260, 300, 340}, 1, 0,
+                 [&] {
+                   std::vector<float> rest{0};
+                   rest.insert(rest.end(), points.begin(), points.end());
+                   return rest;
+                 }()),
+       head(1, "pose", 51),
+       kListed,
+       0,
+       box},
+      {"pose, listed, without the number of keypoints",
+       {1, 300, 57},
+       0,
+       {200, 260, 300, 340, 0.9F, 7, 290.5F},
+       flagged,
+       kListed,
+       7,
+       box},
+      {"segmentation, listed, without prototypes",
+       {1, 300, 38},
+       0,
+       {200, 260, 300, 340, 0.9F, 7, 2.5F},
+       head(80, "segment"),
+       kListed,
+       7,
+       box},
+      {"oriented, listed",
+       {1, 300, 7},
+       0,
+       {250, 300, 100, 80, 0.9F, 3, quarter},
+       head(15, "obb"),
+       kListed,
+       3,
+       turned},
+      {"RT-DETR, with class",
+       {1, 300, 6},
+       0,
+       {shares[0], shares[1], shares[2], shares[3], 0.9F, 41},
+       rt_detr,
+       kDetr,
+       41,
+       share},
+      {"RT-DETR, with class, unnamed",
+       {1, 300, 6},
+       0,
+       {shares[0], shares[1], shares[2], shares[3], 0.9F, 41},
+       HeadOf(0),
+       kDetr,
+       41,
+       share},
+      {"RT-DETR", {1, 300, 84}, 0, WithScore(shares, 80, 41), head(80, "detect"), kDetr, 41, share},
+      {"RT-DETR, unnamed", {1, 300, 84}, 0, WithScore(shares, 80, 41), HeadOf(0), kDetr, 41, share},
+      {"RT-DETR, two classes",
+       {1, 300, 6},
+       0,
+       WithScore(shares, 2, 1),
+       head(2, "detect"),
+       kDetr,
+       1,
+       share},
+      {"transposed", {1, 8400, 84}, 4000, WithScore(centre, 80, 41), HeadOf(80), kV8, 41, box},
+      {"transposed, unnamed",
+       {1, 8400, 84},
+       4000,
+       WithScore(centre, 80, 41),
+       HeadOf(0),
+       kV8,
+       41,
+       box},
+      {"transposed, one class",
+       {1, 8400, 5},
+       4000,
+       WithScore(centre, 1, 0),
+       HeadOf(0),
+       kV8,
+       0,
+       box},
+      {"transposed pose",
+       {1, 8400, 56},
+       4000,
+       WithScore(centre, 1, 0, points),
+       head(1, "pose", 51),
+       kV8,
+       0,
+       box},
+  };
+}
+
+TEST(YoloOutput, ReadsTheBoxesOfOtherHeads) {
+  for (const OneBox& one : OtherHeads()) {
+    SCOPED_TRACE(one.what);
+    cv::Mat tensor(one.shape, CV_32F, cv::Scalar(0));
+    const bool is_column = one.shape[2] == 8400;
+    for (size_t i = 0; i < one.numbers.size(); ++i) {
+      const int number = static_cast<int>(i);
+      At(tensor, is_column ? number : one.candidate, is_column ? one.candidate : number) =
+          one.numbers[i];
+    }
+    const auto format = RecognizeOutput(tensor, {640, 640}, DetectorLayout::kAuto, one.head);
+    ASSERT_TRUE(format);
+    EXPECT_EQ(ToString(format->layout), std::string(ToString(one.layout)));
+    const auto found = DecodeOutput(tensor, *format, {640, 640}, 0.3);
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_EQ(found[0].category_id, one.category);
+    EXPECT_NEAR(found[0].score, 0.9, 1e-6);
+    ExpectBox(found[0].box, one.box.x1, one.box.y1, one.box.x2, one.box.y2);
+    LayoutCheck check;
+    EXPECT_EQ(check.Add(tensor, *format, {640, 640}, found), "");
+  }
+}
+
 TEST(YoloOutput, AnOverrideIsCheckedAgainstTheShape) {
   const cv::Size size(640, 640);
-  EXPECT_EQ(RecognizeOutput({1, 8400, 85}, size, DetectorLayout::kYolov5, 0, false)->classes,
+  EXPECT_EQ(Recognize({1, 8400, 85}, size, DetectorLayout::kYolov5, 0, false)->classes,
             80);  // YOLOv6
-  EXPECT_FALSE(RecognizeOutput({1, 25200, 85}, size, DetectorLayout::kYolox, 0, false));
-  EXPECT_FALSE(RecognizeOutput({1, 84, 8400}, size, DetectorLayout::kEndToEnd, 0, false));
+  EXPECT_FALSE(Recognize({1, 25200, 85}, size, DetectorLayout::kYolox, 0, false));
+  EXPECT_FALSE(Recognize({1, 84, 8400}, size, DetectorLayout::kEndToEnd, 0, false));
 }
 
 TEST(YoloOutput, KeepsTheLabelsNextToTheBest) {
@@ -204,7 +389,7 @@ TEST(YoloOutput, JoinsTheLabelsOfOneBox) {
 }
 
 TEST(YoloOutput, NamesOfLayoutsGoBothWays) {
-  for (const char* name : {"auto", "yolox", "yolov5", "yolov8", "end2end"})
+  for (const char* name : {"auto", "yolox", "yolov5", "yolov8", "end2end", "rtdetr"})
     EXPECT_STREQ(ToString(DetectorLayoutFromString(name).value()), name);
   EXPECT_FALSE(DetectorLayoutFromString("yolo"));
 }
