@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include <filesystem>
+#include <map>
 #include <set>
 
 #include "commands.h"
@@ -13,6 +14,8 @@
 #include "oaslam/detection/turned_detector.h"
 #include "oaslam/detection_file.h"
 #include "oaslam/error.h"
+#include "oaslam/formats/text.h"
+#include "oaslam/images/image_list.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam::apps {
@@ -32,10 +35,34 @@ struct Found {
   double ms = 0;
 };
 
+// The names of images for a file of detections: base names, but those that several images have
+// with the folder, as seen from that of the source.
+class NamesInFile {
+ public:
+  NamesInFile(const std::string& source, const ImageSourceOptions& range)
+      : folder_(std::filesystem::is_directory(source)
+                    ? std::filesystem::path(source)
+                    : std::filesystem::path(source).parent_path()) {
+    for (const std::string& image : NamesOfImages(source, range)) ++count_[BaseName(image)];
+  }
+
+  std::string Of(const InputImage& image) const {
+    const auto count = count_.find(image.name);
+    if (count == count_.end() || count->second < 2) return image.name;
+    const std::string relative =
+        std::filesystem::path(image.path).lexically_relative(folder_).string();
+    return relative.empty() || relative.starts_with("..") ? image.path : relative;
+  }
+
+ private:
+  std::filesystem::path folder_;
+  std::map<std::string, int> count_;
+};
+
 // Processes the images except those that `found` contains already. Saves every kSaveEvery images,
 // so that a kill does not lose everything.
-void DetectAll(ImageSource& source, TurnedDetector& detector, const DetectOptions& options,
-               Found& found) {
+void DetectAll(ImageSource& source, const NamesInFile& names, TurnedDetector& detector,
+               const DetectOptions& options, Found& found) {
   constexpr int kSaveEvery = 200;  // images: 10 s of work at 50 ms an image
   // A pipe gets a single document at the end.
   const bool is_file =
@@ -44,7 +71,8 @@ void DetectAll(ImageSource& source, TurnedDetector& detector, const DetectOption
   for (const ImageDetections& image : found.images) done_before.insert(image.file_name);
   // Of one thread, so that Ctrl-C does not wait for a large network.
   std::optional<int> turn;
-  DetectorPool pool({[&](const cv::Mat& image) { return detector(image, turn); }});
+  double timestamp = 0;
+  DetectorPool pool({[&](const cv::Mat& image) { return detector(image, timestamp, turn); }});
   ProgressBar progress(source.size(), options.common.quiet);
   const bool is_auto = !TurnOf(options.detector);
   int done = 0;
@@ -52,16 +80,18 @@ void DetectAll(ImageSource& source, TurnedDetector& detector, const DetectOption
     const std::optional<InputImage> input = source.Next();
     if (!input) break;
     ++done;
-    if (done_before.contains(input->name)) continue;
+    const std::string name = names.Of(*input);
+    if (done_before.contains(name)) continue;
     if (input->image.empty()) {
       spdlog::warn("image {} ({}) cannot be read, skipped", input->index, input->name);
       continue;
     }
     const Stopwatch watch;
     turn = is_auto ? KnownTurn(*input, std::nullopt) : std::nullopt;
+    timestamp = input->timestamp;
     std::future<std::vector<Detection>> detections = pool.Add(input->image);
     if (!IsReadyUnlessInterrupted(detections)) return;
-    found.images.push_back({input->name, detections.get()});
+    found.images.push_back({name, detections.get()});
     found.ms += watch.WallMs();
     ++found.detected;
     const size_t count = found.images.back().detections.size();
@@ -82,6 +112,7 @@ void RunDetect(DetectOptions options) {
   range.color = true;
   TakeDataset(options.images, options.common, {});
   const auto source = OpenImages(options.images, range);
+  const NamesInFile names(options.images, range);
   spdlog::info("{}: layout {}, input {}x{}", NameOfDetector(options.detector),
                ToString(detector->layout()), detector->input_size().width,
                detector->input_size().height);
@@ -96,7 +127,7 @@ void RunDetect(DetectOptions options) {
   failures.Try([&] {
     TurnedDetector turned([&](const cv::Mat& image) { return detector->Detect(image); },
                           TurnOf(options.detector));
-    DetectAll(*source, turned, options, found);
+    DetectAll(*source, names, turned, options, found);
   });
   failures.Try([&] {
     if (found.images.size() > done_before) SaveDetections(options.out, found.images);

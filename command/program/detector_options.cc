@@ -39,8 +39,8 @@ CLI::Option* AddDetectorOptions(CLI::App& app, DetectorSettings& settings) {
       ->check(CLI::Range(32, 4096));
   app.add_option("--detector-turn", settings.turn,
                  "Degrees clockwise that bring the images upright, as the detector wants them; "
-                 "auto: by gravity or EXIF where they are known, else what gives the better boxes "
-                 "in the first images. Boxes are of the images as they are")
+                 "auto: by gravity or EXIF where they are known, else what gives the better boxes. "
+                 "Boxes are of the images as they are")
       ->check(CLI::IsMember({"auto", "0", "90", "180", "270"}))
       ->capture_default_str();
   app.add_option("--detector-min-score", settings.min_score,
@@ -89,22 +89,24 @@ std::optional<int> KnownTurn(const InputImage& image,
   return stored && image.orientation == Orientation::kUpright ? 0 : stored;
 }
 
-int FindTurn(const std::string& images, ImageSourceOptions range, Detector& detector) {
-  constexpr double kStep_s = 0.5, kMost_s = 10;  // other views tell more
+TurnedDetector FindTurn(const std::string& images, ImageSourceOptions range, Detector& detector) {
+  constexpr double kStep_s = 0.5, kMost_s = 10, kMostDoubtful_s = 30;  // other views tell more
   range.color = true;
   range.quiet = true;  // the run that follows opens the same images
   const auto source = OpenImages(images, range);
   TurnedDetector turned([&](const cv::Mat& image) { return detector.Detect(image); });
   std::optional<double> first, last;
   while (std::optional<InputImage> image = source->Next()) {
-    if (turned.turn() || Interrupted()) break;
+    if ((turned.turn() && !turned.is_doubtful()) || Interrupted()) break;
     if (image->image.empty() || (last && image->timestamp < *last + kStep_s)) continue;
     if (!first) first = image->timestamp;
-    if (image->timestamp > *first + kMost_s || KnownTurn(*image, std::nullopt)) break;
+    if (image->timestamp > *first + (turned.is_doubtful() ? kMostDoubtful_s : kMost_s) ||
+        KnownTurn(*image, std::nullopt))
+      break;
     last = image->timestamp;
-    turned(image->image);
+    turned(image->image, image->timestamp);
   }
-  return turned.turn().value_or(0);
+  return turned;
 }
 
 std::string NameOfDetector(const DetectorSettings& settings) {

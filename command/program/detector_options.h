@@ -7,6 +7,7 @@
 #include <string>
 
 #include "common.h"
+#include "oaslam/detection/turned_detector.h"
 #include "oaslam/detector.h"
 #include "oaslam/image_source.h"
 
@@ -36,8 +37,9 @@ std::optional<int> TurnOf(const DetectorSettings& settings);
 // The turn of an image by gravity in the camera's frame, where it is given, or by its EXIF.
 std::optional<int> KnownTurn(const InputImage& image,
                              const std::optional<Eigen::Vector3d>& gravity_in_cam);
-// The turn of recorded images that gives the better boxes in the first seconds (TurnedDetector).
-int FindTurn(const std::string& images, ImageSourceOptions range, Detector& detector);
+// What the first seconds of recorded images tell of their turn; longer where these say that the
+// images are turned. Keeps a reference to the detector.
+TurnedDetector FindTurn(const std::string& images, ImageSourceOptions range, Detector& detector);
 
 // Nothing where no model was given. Throws InputError.
 std::unique_ptr<Detector> LoadDetector(const DetectorSettings& settings);

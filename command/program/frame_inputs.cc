@@ -14,6 +14,7 @@
 #include "oaslam/images/camera_source.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/image_list.h"
+#include "oaslam/util/stopwatch.h"
 
 namespace oaslam::apps {
 
@@ -42,6 +43,15 @@ SideInputs::SideInputs(const SideFiles& files, const std::string& camera,
              : fmt::format("axes taken to be the camera's, since --camera {} does not tell others",
                            is_auto ? "auto" : camera);
   angular_velocity = LoadImu(files.imu, camera_from_imu.value_or(Eigen::Quaterniond::Identity()));
+}
+
+std::optional<Vertical> VerticalIn(const Slam& slam, const FrameInput& frame,
+                                   const TrackingResult& result) {
+  if (frame.input.gravity_in_cam) return Vertical{*frame.input.gravity_in_cam, true};
+  const MapSnapshot map = slam.Snapshot();
+  const std::optional<Rigid3> pose = result.PoseIn(map.world());
+  if (!map.up() || !pose) return std::nullopt;
+  return Vertical{pose->rotation.conjugate() * -*map.up(), map.is_up_measured()};
 }
 
 FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOptions& common)
@@ -95,10 +105,15 @@ void FrameInputs::StartDetector(const Sources& sources, const ImageSourceOptions
   given_turn_ = TurnOf(sources.detector);
   if (!given_turn_ && side_.gravity.empty() && !sources.live && !range.follow &&
       !IsCamera(sources.images))
-    usual_turn_ = FindTurn(sources.images, range, *side_.detector);
+    turn_by_boxes_ = FindTurn(sources.images, range, *side_.detector);
   if (sources.live) {
-    const auto detect = [this](const cv::Mat& image) { return side_.detector->Detect(image); };
-    background_ = std::make_unique<BackgroundDetector>(TurnedDetector(detect, given_turn_));
+    TurnedDetector turned([this](const cv::Mat& image) { return side_.detector->Detect(image); },
+                          given_turn_);
+    background_ =
+        std::make_unique<BackgroundDetector>([this, turned](const cv::Mat& image) mutable {
+          if (const int held = held_turn_; held >= 0) turned.SetHeldTurn(held);
+          return turned(image, SteadySeconds());
+        });
     return;
   }
   // Each has a copy of the network. Few images are chosen, so that four keep ahead of the tracker.
@@ -153,15 +168,33 @@ void FrameInputs::SetState(TrackingState state) {
 
 int FrameInputs::TurnFor(const InputImage& image) {
   if (given_turn_) return *given_turn_;
-  return KnownTurn(image, side_.gravity.At(image.timestamp)).value_or(usual_turn_);
+  if (const auto known = KnownTurn(image, side_.gravity.At(image.timestamp))) return *known;
+  if (turn_by_map_) return *turn_by_map_;
+  return turn_by_boxes_ ? turn_by_boxes_->turn().value_or(0) : 0;
+}
+
+void FrameInputs::SetVertical(const std::optional<Vertical>& vertical) {
+  if (!pool_ || !vertical) return;
+  const std::optional<int> turn = UprightTurn(vertical->gravity_in_cam);
+  if (!turn) return;
+  if (vertical->is_measured)
+    turn_by_map_ = turn;
+  else if (turn_by_boxes_)
+    turn_by_boxes_->SetHeldTurn(*turn);
 }
 
 void FrameInputs::DetectLate(int frame, const cv::Mat& image,
-                             const std::optional<Eigen::Vector3d>& gravity_in_cam) {
+                             const std::optional<Vertical>& vertical) {
   if (!background_) return;
   // Where it is not known, the detector finds it.
-  const std::optional<int> known =
-      given_turn_ || !gravity_in_cam ? std::nullopt : UprightTurn(*gravity_in_cam);
+  std::optional<int> known;
+  if (const auto turn =
+          given_turn_ || !vertical ? std::nullopt : UprightTurn(vertical->gravity_in_cam)) {
+    if (vertical->is_measured)
+      known = turn;
+    else
+      held_turn_ = *turn;
+  }
   late_turns_[frame] = {known.value_or(0), image.size()};
   background_->Offer(frame, Turned(image, known.value_or(0)));
 }
@@ -201,7 +234,7 @@ std::optional<FrameInput> FrameInputs::Next() {
   if (background_) {
     frame.input.detections_follow = true;
   } else if (!pool_) {
-    frame.input.detections = side_.detections.Find(image.name);
+    frame.input.detections = side_.detections.Find(image.path.empty() ? image.name : image.path);
   } else if (read.is_chosen && IsWanted(image, last_looked_at_)) {
     if (!IsReadyUnlessInterrupted(read.found)) return std::nullopt;
     frame.input.detections = read.found.get();

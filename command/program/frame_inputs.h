@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <deque>
 #include <future>
 #include <map>
@@ -63,6 +64,17 @@ struct SideInputs {
   std::unique_ptr<Detector> detector;             // null: none
 };
 
+// Gravity in the camera's frame, and whether it follows from measurements, or only from how the
+// camera was held.
+struct Vertical {
+  Eigen::Vector3d gravity_in_cam;
+  bool is_measured = false;
+};
+
+// The vertical in the image of a frame, as it was measured, or as the map knows it.
+std::optional<Vertical> VerticalIn(const Slam& slam, const FrameInput& frame,
+                                   const TrackingResult& result);
+
 // Images with their time stamps and detections, from files or from a detector. Skips what
 // ReadableImages skips. A detector works ahead on threads of its own; which images it looks at, and
 // what it finds, does not depend on its speed.
@@ -102,9 +114,11 @@ class FrameInputs {
 
   // Live, with a detector: offers the image of a processed frame; TakeLate returns its detections
   // once they are ready.
-  // `gravity_in_cam`: as it is measured, or as the map knows it.
-  void DetectLate(int frame, const cv::Mat& image,
-                  const std::optional<Eigen::Vector3d>& gravity_in_cam);
+  // `vertical`: in this image.
+  void DetectLate(int frame, const cv::Mat& image, const std::optional<Vertical>& vertical);
+  // Not live: what is known of the vertical in the image of the last frame tells how later images
+  // are turned for the detector.
+  void SetVertical(const std::optional<Vertical>& vertical);
   std::vector<BackgroundDetector::Result> TakeLate();
   // Waits for detections in progress.
   void FinishLate() {
@@ -151,9 +165,14 @@ class FrameInputs {
   double given_s_ = 0;                  // time stamp of the image that was given last
   InputImage last_looked_at_;           // by the detector
   std::optional<double> first_timestamp_, last_timestamp_;
-  size_t given_samples_ = 0;                            // of angular velocity
-  std::optional<int> given_turn_;                       // --detector-turn
-  int usual_turn_ = 0;                                  // of images whose vertical is not known
+  size_t given_samples_ = 0;       // of angular velocity
+  std::optional<int> given_turn_;  // --detector-turn
+  // Of images whose vertical is not known: by the map where its vertical was measured, else by
+  // the boxes.
+  std::optional<int> turn_by_map_;
+  std::optional<TurnedDetector> turn_by_boxes_;
+  // The turn by how the camera was held, for the detector in the background; negative: unknown.
+  std::atomic<int> held_turn_ = -1;
   std::map<int, std::pair<int, cv::Size>> late_turns_;  // of images in the background, with sizes
   int detect_every_ = 0;                                // 0: where the view changes
   ViewChange view_change_;

@@ -306,6 +306,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
       } else {
         const TrackingResult tracked = slam.Process(frame->input);
         inputs.SetState(tracked.state);
+        inputs.SetVertical(VerticalIn(slam, *frame, tracked));
         recording.Add(slam, *frame, tracked);
         result = FromTracking(tracked);
         is_followed = IsFollowed(tracked);

@@ -167,16 +167,6 @@ std::string PathToFindAgain(const RunOptions& options) {
   return std::filesystem::absolute(options.images, error).lexically_normal().string();
 }
 
-// Gravity in the camera's frame as it was measured, or as the map knows it.
-std::optional<Eigen::Vector3d> GravityAt(const Slam& slam, const FrameInput& frame,
-                                         const TrackingResult& result) {
-  if (frame.input.gravity_in_cam) return frame.input.gravity_in_cam;
-  const MapSnapshot map = slam.Snapshot();
-  const std::optional<Rigid3> pose = result.PoseIn(map.world());
-  if (!map.is_up_measured() || !pose) return std::nullopt;
-  return pose->rotation.conjugate() * -*map.up();
-}
-
 void SayDetectorPace(const RunOptions& options, const DetectorPace& pace, int images) {
   if (options.detector.IsGiven())
     spdlog::info("detector: {}, {} of {} images looked at", NameOfDetector(options.detector),
@@ -256,7 +246,9 @@ void ProcessImages(FrameInputs& inputs, Slam& slam, bool drops_late,
     const TrackingResult result = slam.Process(frame->input);
     inputs.SetState(result.state);
     Take(slam, *frame, result, counts.dropped, sinks);
-    inputs.DetectLate(result.frame, frame->input.image, GravityAt(slam, *frame, result));
+    const std::optional<Vertical> vertical = VerticalIn(slam, *frame, result);
+    inputs.SetVertical(vertical);
+    inputs.DetectLate(result.frame, frame->input.image, vertical);
     AddLateDetections(inputs, slam, sinks.results);
     progress.Update(++counts.done, Describe(*frame, result));
   }

@@ -4,12 +4,14 @@ import signal
 import subprocess
 import time
 
+import films
 import harness
 import pytest
 from harness import must_run, oaslam
 
 pytestmark = harness.needs_detector
 FRAMES = 40
+VIDEO = os.path.join(harness.SAMPLE, "map_front", "video.mp4")
 
 
 @pytest.fixture(params=["opencv", "onnxruntime"])
@@ -35,6 +37,23 @@ class TestDetect:
         assert sum(counts[0]) > FRAMES
         assert counts[0] == counts[1]
         assert counts[0] == [len(i["detections"]) for i in images]
+
+    def test_images_of_one_name_in_two_folders(self, tmp_path, detector):
+        lines = []
+        for k, folder in enumerate(("left", "right")):
+            os.mkdir(tmp_path / folder)
+            for i, image in enumerate(films.read(VIDEO, 30 * k + 15)[30 * k:]):
+                films.write(f"{tmp_path}/{folder}/{i:03}.png", image[None])
+                lines.append(f"{(30 * k + i) / 30} {folder}/{i:03}.png")
+        images, found, out = (os.path.join(tmp_path, name) for name in ("images.txt", "found.json", "out"))
+        with open(images, "w") as f:
+            f.write("\n".join(lines))
+        must_run("detect", images, *detector, "--out", found, "--to", 20)
+        must_run("detect", images, *detector, "--out", found, "--resume")
+        counts = {i["file_name"]: len(i["detections"]) for i in harness.read_json(found)}
+        assert list(counts) == [line.split()[1] for line in lines]
+        must_run("run", "--images", images, "--camera", "fov:65", "--detections", found, "--out", out)
+        assert [int(f["detections"]) for f in harness.read_csv(os.path.join(out, "frames.csv"))] == list(counts.values())
 
     def test_goes_on_where_it_was_interrupted(self, tmp_path, detector):
         whole, parts = os.path.join(tmp_path, "whole.json"), os.path.join(tmp_path, "parts.json")

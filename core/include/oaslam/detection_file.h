@@ -16,13 +16,14 @@ struct ImageDetections {
 };
 
 // The detections of many images. Find looks for the base name of an image with its extension first,
-// then without. A table never changes; copies share its content:
+// then without; where several images have it, for the one in the same folder, of which either path
+// may tell less. A table never changes; copies share its content:
 //
 //   const DetectionTable table = LoadDetections("detections.json");
 //   slam.Process({image->image, image->timestamp, table.Find(image->name)});
 class OASLAM_API DetectionTable {
  public:
-  // Where several images have the same name, Find returns the first.
+  // Where several images have the same name and folder, Find returns the first.
   explicit DetectionTable(std::vector<ImageDetections> images);
   // Makes a table without images.
   DetectionTable();

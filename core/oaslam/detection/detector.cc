@@ -146,10 +146,17 @@ struct Detector::Impl {
     std::vector<Candidate> found = DecodeCandidates(tensor, format, input_size, options.min_score);
     if (const std::string problem = check.Add(tensor, format, input_size, found); !problem.empty())
       throw BadInput(
-          "{}: its output {} was taken for layout '{}' of {} classes, but gives {}; it is another "
-          "kind of network, or its layout has to be given ({})",
-          path, ShapeText(tensor), ToString(format.layout), format.classes, problem, kLayoutNames);
+          "{}: its output {} was taken for layout '{}'{}, but gives {}; it is another kind of "
+          "network, or its layout has to be given ({})",
+          path, ShapeText(tensor), ToString(format.layout),
+          format.classes > 0 ? fmt::format(" of {} classes", format.classes) : "", problem,
+          kLayoutNames);
     std::erase_if(found, [](const Candidate& candidate) { return !IsUsable(candidate); });
+    // Networks of 8 bits round up.
+    for (Candidate& candidate : found) {
+      candidate.score = std::min(candidate.score, 1.0);
+      for (Label& label : candidate.other_labels) label.score = std::min(label.score, 1.0);
+    }
     return found;
   }
 

@@ -242,10 +242,11 @@ std::vector<Candidate> DecodeListed(const Candidates& in, const OutputFormat& fo
   for (int i = 0; i < in.count; ++i) {
     if (!(in(i, 4) > min_score)) continue;
     const float category = in(i, 5);
-    // Half precision rounds classes above 2048.
-    const bool is_class =
-        category >= 0 && category <= kMaxCategory && category == std::round(category);
-    found.push_back({{.category_id = is_class ? static_cast<int>(category) : -1,
+    // Networks of 8 bits round.
+    constexpr float kRounding = 0.05F;
+    const bool is_class = category > -0.5F && category <= kMaxCategory &&
+                          std::abs(category - std::round(category)) < kRounding;
+    found.push_back({{.category_id = is_class ? static_cast<int>(std::round(category)) : -1,
                       .score = in(i, 4),
                       .box = BoxOf(in, i, format, network_size)},
                      i});

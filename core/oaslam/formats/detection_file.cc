@@ -2,19 +2,22 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <unordered_map>
 #include <utility>
 
 #include "oaslam/formats/coco_detections.h"
 #include "oaslam/formats/detection_entry.h"
+#include "oaslam/formats/detection_input.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/util/bad_input.h"
 
 namespace oaslam {
+
 namespace {
 
 using Json = nlohmann::json;
@@ -57,11 +60,14 @@ double FourPlaces(double x) { return std::round(x * 1e4) / 1e4; }
 double TwoPlaces(double px) { return std::round(px * 100) / 100; }
 
 nlohmann::ordered_json JsonOf(const Detection& d) {
-  const Box& b = d.box;
-  nlohmann::ordered_json json{
-      {"category_id", d.category_id},
-      {"detection_score", FourPlaces(d.score)},
-      {"bbox", {TwoPlaces(b.x1), TwoPlaces(b.y1), TwoPlaces(b.x2), TwoPlaces(b.y2)}}};
+  Box b = d.box;
+  // A box that rounding would make empty is written as it is.
+  if (const Box rounded{TwoPlaces(b.x1), TwoPlaces(b.y1), TwoPlaces(b.x2), TwoPlaces(b.y2)};
+      rounded.Width() > 0 && rounded.Height() > 0)
+    b = rounded;
+  nlohmann::ordered_json json{{"category_id", d.category_id},
+                              {"detection_score", FourPlaces(d.score)},
+                              {"bbox", {b.x1, b.y1, b.x2, b.y2}}};
   // A score that is rounded to 0 cannot be shared.
   if (!d.other_labels.empty() && d.score >= 0.5e-4) {
     json["labels"].push_back({d.category_id, FourPlaces(d.score)});
@@ -70,8 +76,9 @@ nlohmann::ordered_json JsonOf(const Detection& d) {
   }
   if (d.ellipse) {
     const auto& e = *d.ellipse;
-    json["ellipse"] = {TwoPlaces(e[0]), TwoPlaces(e[1]), TwoPlaces(e[2]), TwoPlaces(e[3]),
-                       std::round(e[4] * 1e6) / 1e6};
+    constexpr double kLeast = 0.01;  // pixels: an axis is above 0
+    json["ellipse"] = {TwoPlaces(e[0]), TwoPlaces(e[1]), std::max(TwoPlaces(e[2]), kLeast),
+                       std::max(TwoPlaces(e[3]), kLeast), std::round(e[4] * 1e6) / 1e6};
   }
   return json;
 }
@@ -79,15 +86,29 @@ nlohmann::ordered_json JsonOf(const Detection& d) {
 }  // namespace
 
 struct OASLAM_LOCAL DetectionTable::Content {
+  using Index = std::unordered_map<std::string, std::vector<size_t>>;
+
   explicit Content(std::vector<ImageDetections> all) : images(std::move(all)) {
     for (size_t i = 0; i < images.size(); ++i) {
       const std::string name = BaseName(images[i].file_name);
-      by_name.emplace(name, i);
-      by_stem.emplace(WithoutExtension(name), i);
+      by_name[name].push_back(i);
+      by_stem[WithoutExtension(name)].push_back(i);
     }
   }
+
+  // Of several images with this base name, the one in the folder of `image_name`.
+  const ImageDetections* Find(const Index& index, const std::string& base,
+                              const std::string& image_name) const {
+    const auto same = index.find(base);
+    if (same == index.end()) return nullptr;
+    if (same->second.size() == 1) return &images[same->second.front()];
+    for (const size_t i : same->second)
+      if (AreInSameFolder(images[i].file_name, image_name)) return &images[i];
+    return nullptr;
+  }
+
   std::vector<ImageDetections> images;
-  std::unordered_map<std::string, size_t> by_name, by_stem;
+  Index by_name, by_stem;
 };
 
 DetectionTable::DetectionTable(std::vector<ImageDetections> images)
@@ -99,22 +120,18 @@ const std::vector<ImageDetections>& DetectionTable::images() const { return cont
 const std::vector<Detection>& DetectionTable::Find(const std::string& image_name) const {
   static const std::vector<Detection> none;
   const std::string name = BaseName(image_name);
-  const Content& content = *content_;
-  if (const auto found = content.by_name.find(name); found != content.by_name.end())
-    return content.images[found->second].detections;
-  const auto found = content.by_stem.find(WithoutExtension(name));
-  return found != content.by_stem.end() ? content.images[found->second].detections : none;
+  const ImageDetections* found = content_->Find(content_->by_name, name, image_name);
+  if (found == nullptr)
+    found = content_->Find(content_->by_stem, WithoutExtension(name), image_name);
+  return found != nullptr ? found->detections : none;
 }
 
 DetectionFile ReadDetectionFile(const std::string& path) {
   DetectionFile file = ReadAny(ParseDetections(path), path);
-  std::map<std::string, std::string> seen;
-  for (const ImageDetections& image : file.images) {
-    const auto [other, is_new] = seen.emplace(BaseName(image.file_name), image.file_name);
-    if (!is_new)
-      throw BadInput("{}: {}: the base name is that of {}, too", path, image.file_name,
-                     other->second);
-  }
+  std::set<std::string> seen;
+  for (const ImageDetections& image : file.images)
+    if (!seen.insert(image.file_name).second)
+      throw BadInput("{}: {}: there are two entries with this name", path, image.file_name);
   return file;
 }
 

@@ -86,6 +86,30 @@ TEST_F(DetectionFileTest, RoundTrip) {
   EXPECT_THAT(LoadDetections(folder / "none.json").images(), IsEmpty());
 }
 
+TEST_F(DetectionFileTest, WhatRoundingWouldMakeEmptyCanBeReadAgain) {
+  const Detection thin{41, 0.5, {1, 2, 1.001, 4}, {{1, 2, 0.001, 3, 0}}, {}};
+  SaveDetections(folder / "d.json", {{"7.png", {thin}}});
+  const DetectionTable table = LoadDetections(folder / "d.json");
+  ASSERT_THAT(table.Find("7.png"), SizeIs(1));
+  EXPECT_EQ(table.Find("7.png")[0].box, thin.box);
+}
+
+TEST_F(DetectionFileTest, FoldersTellImagesOfOneNameApart) {
+  const auto boxes = [](int category) {
+    return std::vector{Detection{category, 0.5, {1, 2, 3, 4}, {}, {}}};
+  };
+  SaveDetections(folder / "d.json",
+                 {{"left/1.png", boxes(1)}, {"right/1.png", boxes(2)}, {"2.png", boxes(3)}});
+  const DetectionTable table = LoadDetections(folder / "d.json");
+  EXPECT_EQ(table.Find("/data/left/1.png").at(0).category_id, 1);
+  EXPECT_EQ(table.Find("right/1.png").at(0).category_id, 2);
+  EXPECT_EQ(table.Find("right/2.png").at(0).category_id, 3);
+  EXPECT_THAT(table.Find("1.png"), IsEmpty());
+  EXPECT_THAT(table.Find("bright/1.png"), IsEmpty());
+  SaveDetections(folder / "d.json", {{"left/1.png", {}}, {"left/1.png", {}}});
+  EXPECT_INPUT_ERROR(LoadDetections(folder / "d.json"), HasSubstr("two entries with this name"));
+}
+
 TEST_F(DetectionFileTest, NamesThatAreNotUtf8AreReplaced) {
   SaveDetections(folder / "d.json", {{"caf\xE9.png", {}}});
   EXPECT_EQ(LoadDetections(folder / "d.json").images().at(0).file_name, "caf\uFFFD.png");

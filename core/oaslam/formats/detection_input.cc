@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/unicode.h"
 #include "oaslam/util/bad_input.h"
@@ -134,18 +135,23 @@ bool IsMatched(const std::string& image, const std::map<std::string, int>& names
   return true;
 }
 
-// Gives entries whose names are those of images but for their normal form the names of these.
+// A name as a file of detections has it: bytes that are not UTF-8 replaced, in one normal form.
+std::string AsWritten(const std::string& name) {
+  return Composed(nlohmann::json::parse(JsonText(nlohmann::json(name))).get<std::string>());
+}
+
+// Gives entries whose names are those of images but for how they are written the names of these.
 DetectionTable InFormOf(const std::vector<std::string>& images, const DetectionTable& detections) {
   std::map<std::string, std::set<std::string>> spellings;  // of stems
   for (const std::string& image : images) {
     const std::string stem = WithoutExtension(BaseName(image));
-    spellings[Composed(stem)].insert(stem);
+    spellings[AsWritten(stem)].insert(stem);
   }
   std::vector<ImageDetections> renamed = detections.images();
   bool is_new = false;
   for (ImageDetections& image : renamed) {
     const std::string stem = WithoutExtension(BaseName(image.file_name));
-    const auto found = spellings.find(Composed(stem));
+    const auto found = spellings.find(AsWritten(stem));
     if (found == spellings.end() || found->second.size() > 1 || found->second.contains(stem))
       continue;
     image.file_name = *found->second.begin();
@@ -154,7 +160,44 @@ DetectionTable InFormOf(const std::vector<std::string>& images, const DetectionT
   return is_new ? DetectionTable(std::move(renamed)) : detections;
 }
 
+// Adds an entry without detections for each image that has none, while an image of the same base
+// name in another folder has one.
+DetectionTable WithFolders(const std::vector<std::string>& images, const DetectionTable& detections,
+                           const std::string& path) {
+  std::map<std::string, std::vector<std::string>> paths;
+  for (const std::string& image : images) paths[BaseName(image)].push_back(image);
+  std::map<std::string, std::vector<std::string>> entries;
+  for (const ImageDetections& entry : detections.images())
+    entries[BaseName(entry.file_name)].push_back(entry.file_name);
+  std::vector<ImageDetections> added;
+  for (const auto& [name, same] : paths) {
+    const auto found = entries.find(name);
+    if (same.size() < 2 || found == entries.end()) continue;
+    if (const auto bare = std::ranges::find(found->second, name); bare != found->second.end())
+      throw BadInput(
+          "{}: {} may be {} or {}: names of detections need the folder, as oaslam detect "
+          "writes it",
+          path, Quoted(name), Quoted(same[0]), Quoted(same[1]));
+    for (const std::string& image : same)
+      if (std::ranges::none_of(found->second, [&](const std::string& entry) {
+            return AreInSameFolder(entry, image);
+          }))
+        added.push_back({image, {}});
+  }
+  if (added.empty()) return detections;
+  added.insert(added.begin(), detections.images().begin(), detections.images().end());
+  return DetectionTable(std::move(added));
+}
+
 }  // namespace
+
+bool AreInSameFolder(const std::string& one, const std::string& other) {
+  const std::string a = one.substr(0, one.size() - BaseName(one).size());
+  const std::string b = other.substr(0, other.size() - BaseName(other).size());
+  const std::string& longer = a.size() > b.size() ? a : b;
+  const std::string& shorter = a.size() > b.size() ? b : a;
+  return longer == shorter || (!shorter.empty() && longer.ends_with("/" + shorter));
+}
 
 CocoNumbers NumbersOf(const std::vector<ImageDetections>& images) {
   const std::set<int> categories = CategoriesIn(images);
@@ -183,7 +226,7 @@ bool RenumberByName(const ClassNames& names, const ClassNames& wanted,
 DetectionTable MatchedToImages(const DetectionTable& given, const std::vector<std::string>& images,
                                const std::string& path) {
   if (given.images().empty() || images.empty()) return given;
-  const DetectionTable detections = InFormOf(images, given);
+  const DetectionTable detections = WithFolders(images, InFormOf(images, given), path);
   std::vector<std::string> names;
   std::map<std::string, int> by_name, by_stem;
   for (const ImageDetections& image : detections.images()) {

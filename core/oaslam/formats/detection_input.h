@@ -24,6 +24,10 @@ DetectionFile ReadDetectionFile(const std::string& path);
 // (has_numbers_for_names).
 void CheckNames(const DetectionFile& file, const std::string& path);
 
+// Whether the paths of two images may be those of files in one folder: one folder is the end of the
+// other.
+bool AreInSameFolder(const std::string& one, const std::string& other);
+
 // How the 80 classes of COCO are numbered.
 enum class CocoNumbers {
   k80,       // 0 to 79, as detectors number them
@@ -40,8 +44,9 @@ bool RenumberByName(const ClassNames& names, const ClassNames& wanted,
 
 // The detections with the names of the images to which they belong, so that each image finds its
 // own: by name, without extension, or by the number in the name where that is unique (counted from
-// 0 or from 1). `images`: all names of a source; `path`: of the detections. Throws InputError,
-// with an example of both, where no name belongs to an image.
+// 0 or from 1). `images`: all names of a source, or paths; where these differ in the folder alone,
+// so do the names of detections. `path`: of the detections. Throws InputError, with an example of
+// both, where no name belongs to an image.
 DetectionTable MatchedToImages(const DetectionTable& detections,
                                const std::vector<std::string>& images, const std::string& path);
 

@@ -56,6 +56,24 @@ TEST(MatchedToImages, InEitherNormalForm) {
   EXPECT_EQ(CategoryAt(both, decomposed), 1);
 }
 
+TEST(MatchedToImages, WithBytesThatAreNotUtf8) {
+  EXPECT_EQ(CategoryAt(Match({"a.jpg", "caf\uFFFD.jpg"}, {"a.jpg", "caf\xE9.jpg"}), "caf\xE9.jpg"),
+            1);
+}
+
+TEST(MatchedToImages, ByFolderWhereImagesHaveOneName) {
+  const std::vector<std::string> images{"/d/left/1.png", "/d/right/1.png", "/d/right/2.png"};
+  const DetectionTable both = Match({"left/1.png", "right/1.png"}, images);
+  EXPECT_EQ(CategoryAt(both, images[0]), 0);
+  EXPECT_EQ(CategoryAt(both, images[1]), 1);
+  const DetectionTable one = Match({"right/2.png", "left/1.png"}, images);
+  EXPECT_EQ(CategoryAt(one, images[0]), 1);
+  EXPECT_EQ(CategoryAt(one, images[1]), -1);
+  EXPECT_EQ(CategoryAt(one, images[2]), 0);
+  EXPECT_INPUT_ERROR(Match({"1.png"}, images),
+                     HasSubstrs("d.json", "/d/left/1.png", "/d/right/1.png", "need the folder"));
+}
+
 TEST(MatchedToImages, ByNumber) {
   EXPECT_EQ(CategoryAt(Match({"clip_0.jpg", "clip_3.jpg"}, Video(5)), "000003"), 1);
   EXPECT_EQ(CategoryAt(Match({"0000.jpg", "0003.jpg"}, Video(5)), "000003"), 1);

@@ -222,7 +222,7 @@ std::vector<std::string> NamesOfImages(const std::string& source,
   ImageSourceOptions quiet = options;
   quiet.quiet = true;
   if (const auto images = ListAll(source, quiet)) {
-    for (const ListedImage& image : *images) names.push_back(BaseName(image.path));
+    for (const ListedImage& image : *images) names.push_back(image.path);
     return names;
   }
   const int count = ReadVideoContainer(FilmOf(source, options)).images;

@@ -26,8 +26,8 @@ std::vector<ListedImage> ListFolder(const std::string& folder, const ImageSource
 void SetTimes(const std::string& source, const ImageSourceOptions& options,
               std::vector<ListedImage>& images);
 
-// The names of all images of a source, whatever the range in the options; none where they are not
-// known before they come. Throws InputError.
+// The names of all images of a source, with their paths where each is a file, whatever the range in
+// the options; none where they are not known before they come. Throws InputError.
 std::vector<std::string> NamesOfImages(const std::string& source,
                                        const ImageSourceOptions& options);
 
