@@ -1,10 +1,13 @@
 /* The interface for C: c_interface_test CAMERA FOLDER < FILM, whose images of 640x480 grey bytes
  * follow each other. Maps them, places an anchor, saves the map, loads it, finds an image, and calls
  * every other function once. */
+#define _POSIX_C_SOURCE 200809L
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "oaslam/oaslam_c.h"
 
@@ -303,6 +306,19 @@ static void find_image(const char* path, const oaslam_camera* camera, const oasl
   oaslam_slam_destroy(slam);
 }
 
+/* A forked child cannot use the handle, and may free it. */
+static void fork_child(oaslam_slam* slam) {
+  int status = 0;
+  const pid_t child = fork();
+  if (child == 0) {
+    alarm(30);
+    CHECK(oaslam_slam_finish(slam) == OASLAM_FORK_ERROR && strstr(oaslam_error(), "forked"));
+    oaslam_slam_destroy(slam);
+    exit(0);
+  }
+  CHECK(waitpid(child, &status, 0) == child && status == 0);
+}
+
 int main(int argc, char** argv) {
   oaslam_camera camera;
   oaslam_slam* slam = NULL;
@@ -327,6 +343,7 @@ int main(int argc, char** argv) {
   CHECK(frames > 50 && has_pose && result.state == OASLAM_TRACKING);
   CHECK((result.source == OASLAM_FROM_MAP) == (result.inliers > 0));
   CHECK(result.covariance[0] > 0 && !oaslam_pose_in(&result, result.world + 1, &pose));
+  fork_child(slam);
   CHECK(oaslam_slam_finish(slam) == OASLAM_OK);
   ask_and_tell(slam, &result);
   cast_rays(slam, &camera);

@@ -11,6 +11,7 @@
 
 #include "desk_clip.h"
 #include "expect_input_error.h"
+#include "forked.h"
 #include "oaslam/oaslam.h"
 
 namespace oaslam {
@@ -482,6 +483,35 @@ TEST_F(SlamWithMap, EventsTellWhatHappenedBetweenTwoLooks) {
     EXPECT_EQ(events[i].frame, 19);
   }
   EXPECT_EQ(states.EventsAfter(events.back().number).size(), 0U);
+}
+
+// A forked child has the objects of its parent, but no threads of theirs.
+TEST(Slam, IsRefusedToAForkedChildWhichEndsAndMakesItsOwn) {
+  const Clip clip(0, 40);
+  for (const SlamConfig& config : {SlamConfig::Live(), SlamConfig::Offline()}) {
+    auto slam = std::make_unique<Slam>(config, clip.camera);
+    const SlamStates states = slam->States();
+    const auto film = OpenImages(clip.kFolder + "/video.mp4");
+    LatestImageSource latest(OpenImages(clip.kFolder + "/video.mp4"));
+    for (const ImageInput& image : clip.images) slam->Process(image);
+    ASSERT_TRUE(film->Next());
+    EXPECT_TRUE(HoldsInChild([&] {
+      EXPECT_THROW(slam->Process(clip.images[0]), ForkError);
+      EXPECT_THROW(slam->Finish(), ForkError);
+      EXPECT_THROW(states.Newest(), ForkError);
+      EXPECT_THROW(states.WaitForNext(nullptr, std::chrono::milliseconds(1)), ForkError);
+      EXPECT_THROW(film->Next(), ForkError);
+      EXPECT_THROW(latest.Next(), ForkError);
+      slam = std::make_unique<Slam>(config, clip.camera);
+      for (const ImageInput& image : clip.images) slam->Process(image);
+      slam->Finish();
+      EXPECT_EQ(slam->Trajectory().size(), clip.images.size());
+      return !testing::Test::HasFailure();
+    }));
+    slam->Finish();
+    EXPECT_EQ(slam->Trajectory().size(), clip.images.size());
+    EXPECT_EQ(film->Next()->index, 1);
+  }
 }
 
 }  // namespace

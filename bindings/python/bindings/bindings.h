@@ -5,6 +5,7 @@
 #include "casters.h"
 #include "docstrings.h"
 #include "gil.h"
+#include "value.h"
 
 namespace oaslam::python {
 

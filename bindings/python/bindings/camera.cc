@@ -64,7 +64,7 @@ void AddCameras(py::module_& m) {
                   .value("PINHOLE", LensModel::kPinhole, doc::LensModel_kPinhole)
                   .value("FISHEYE", LensModel::kFisheye, doc::LensModel_kFisheye);
   SayAsToString(lens);
-  py::class_<Camera>(m, "Camera", doc::Camera)
+  Value<Camera>(m, "Camera", doc::Camera)
       .def(py::init(&MakeCamera), py::kw_only(), py::arg("model") = LensModel::kPinhole,
            py::arg("width"), py::arg("height"), py::arg("fx"), py::arg("fy"), py::arg("cx"),
            py::arg("cy"), py::arg("distortion") = py::tuple(), py::arg("is_guess") = false,
@@ -76,6 +76,7 @@ void AddCameras(py::module_& m) {
       .def_readwrite(OASLAM_FIELD(Camera, fy))
       .def_readwrite(OASLAM_FIELD(Camera, cx))
       .def_readwrite(OASLAM_FIELD(Camera, cy))
+      .keep("distortion", &Camera::distortion)
       .def_property(
           "distortion", [](const Camera& c) { return py::tuple(py::cast(c.distortion)); },
           [](Camera& c, const std::array<double, 5>& d) { c.distortion = d; },
@@ -86,8 +87,6 @@ void AddCameras(py::module_& m) {
       .def("project", &Project, py::arg("in_cam"),
            (std::string(doc::Camera_Project) + kManyPoints).c_str())
       .def("lift", &Lift, py::arg("pixel"), (std::string(doc::Camera_Lift) + kManyPoints).c_str())
-      .def(
-          "__eq__", [](const Camera& a, const Camera& b) { return a == b; }, py::is_operator())
       .def("__repr__", &ReprOf);
   m.def(
       "load_camera",
@@ -101,7 +100,7 @@ void AddCameras(py::module_& m) {
 }
 
 void AddCameraEstimation(py::module_& m) {
-  py::class_<CameraEstimate>(m, "CameraEstimate", doc::CameraEstimate)
+  Value<CameraEstimate>(m, "CameraEstimate", doc::CameraEstimate)
       .def_readonly(OASLAM_FIELD(CameraEstimate, camera))
       .def_readonly(OASLAM_FIELD(CameraEstimate, is_determined))
       .def_readonly(OASLAM_FIELD(CameraEstimate, focal_sigma_px))

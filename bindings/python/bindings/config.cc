@@ -4,6 +4,12 @@
 #include "oaslam/config_file.h"
 
 namespace oaslam::python {
+
+template <>
+SlamConfig Blank() {
+  return SlamConfig::Offline();
+}
+
 namespace {
 
 void AddEnumerations(py::module_& m) {
@@ -28,32 +34,32 @@ void AddEnumerations(py::module_& m) {
 }
 
 void AddPointSections(py::module_& m) {
-  py::class_<FeaturesConfig>(m, "FeaturesConfig", doc::FeaturesConfig)
+  Value<FeaturesConfig>(m, "FeaturesConfig", doc::FeaturesConfig)
       .def(py::init(), doc::FeaturesConfig)
       .def_readwrite(OASLAM_FIELD(FeaturesConfig, count))
       .def_readwrite(OASLAM_FIELD(FeaturesConfig, resolution))
       .def_readwrite(OASLAM_FIELD(FeaturesConfig, descriptor));
-  py::class_<TrackingConfig>(m, "TrackingConfig", doc::TrackingConfig)
+  Value<TrackingConfig>(m, "TrackingConfig", doc::TrackingConfig)
       .def(py::init(), doc::TrackingConfig)
       .def_readwrite(OASLAM_FIELD(TrackingConfig, min_inliers))
       .def_readwrite(OASLAM_FIELD(TrackingConfig, max_object_sigma));
-  py::class_<MappingConfig>(m, "MappingConfig", doc::MappingConfig)
+  Value<MappingConfig>(m, "MappingConfig", doc::MappingConfig)
       .def(py::init(), doc::MappingConfig)
       .def_readwrite(OASLAM_FIELD(MappingConfig, loop_closing));
-  py::class_<BundleConfig>(m, "BundleConfig", doc::BundleConfig)
+  Value<BundleConfig>(m, "BundleConfig", doc::BundleConfig)
       .def(py::init(), doc::BundleConfig)
       .def_readwrite(OASLAM_FIELD(BundleConfig, objects));
 }
 
 void AddObjectSections(py::module_& m) {
-  py::class_<ObjectsConfig>(m, "ObjectsConfig", doc::ObjectsConfig)
+  Value<ObjectsConfig>(m, "ObjectsConfig", doc::ObjectsConfig)
       .def(py::init(), doc::ObjectsConfig)
       .def_readwrite(OASLAM_FIELD(ObjectsConfig, model))
       .def_readwrite(OASLAM_FIELD(ObjectsConfig, min_score))
       .def_readwrite(OASLAM_FIELD(ObjectsConfig, min_parallax_deg))
       .def_readwrite(OASLAM_FIELD(ObjectsConfig, min_observations))
       .def_readwrite(OASLAM_FIELD(ObjectsConfig, min_accept_share));
-  py::class_<RelocalizationConfig>(m, "RelocalizationConfig", doc::RelocalizationConfig)
+  Value<RelocalizationConfig>(m, "RelocalizationConfig", doc::RelocalizationConfig)
       .def(py::init(), doc::RelocalizationConfig)
       .def_readwrite(OASLAM_FIELD(RelocalizationConfig, objects))
       .def_readwrite(OASLAM_FIELD(RelocalizationConfig, min_score))
@@ -61,7 +67,7 @@ void AddObjectSections(py::module_& m) {
       .def_readwrite(OASLAM_FIELD(RelocalizationConfig, accept_evidence))
       .def_readwrite(OASLAM_FIELD(RelocalizationConfig, accept_objects))
       .def_readwrite(OASLAM_FIELD(RelocalizationConfig, accept_confidence));
-  py::class_<RunnerConfig>(m, "RunnerConfig", doc::RunnerConfig)
+  Value<RunnerConfig>(m, "RunnerConfig", doc::RunnerConfig)
       .def(py::init(), doc::RunnerConfig)
       .def_readwrite(OASLAM_FIELD(RunnerConfig, mode))
       .def_readwrite(OASLAM_FIELD(RunnerConfig, lag))
@@ -74,7 +80,7 @@ void AddConfig(py::module_& m) {
   AddEnumerations(m);
   AddPointSections(m);
   AddObjectSections(m);
-  py::class_<SlamConfig>(m, "SlamConfig", doc::SlamConfig)
+  Value<SlamConfig>(m, "SlamConfig", doc::SlamConfig)
       .def_readwrite(OASLAM_FIELD(SlamConfig, features))
       .def_readwrite(OASLAM_FIELD(SlamConfig, tracking))
       .def_readwrite(OASLAM_FIELD(SlamConfig, mapping))

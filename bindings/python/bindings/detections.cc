@@ -8,12 +8,14 @@ namespace oaslam::python {
 // Members that are containers are read-only: Python gets a copy, and changes of that would silently
 // be lost.
 void AddClasses(py::module_& m) {
-  py::class_<ClassRelations>(m, "ClassRelations", doc::ClassRelations)
+  Value<ClassRelations>(m, "ClassRelations", doc::ClassRelations)
       .def(py::init([](const std::map<int, int>& whole_of, const std::set<int>& movable) {
              return ClassRelations{whole_of, movable};
            }),
            py::kw_only(), py::arg("whole_of") = py::dict(), py::arg("movable") = py::set(),
            doc::ClassRelations)
+      .keep("whole_of", &ClassRelations::whole_of)
+      .keep("movable", &ClassRelations::movable)
       .def_property_readonly(
           "whole_of",
           [](const ClassRelations& r) {
@@ -31,7 +33,7 @@ void AddClasses(py::module_& m) {
       .def(
           "__eq__", [](const ClassRelations& a, const ClassRelations& b) { return a == b; },
           py::is_operator());
-  py::class_<Classes>(m, "Classes", doc::Classes)
+  Value<Classes>(m, "Classes", doc::Classes)
       .def_readonly(OASLAM_FIELD(Classes, names))
       .def_readonly(OASLAM_FIELD(Classes, relations));
   m.def("coco_class_names", &CocoClassNames, doc::CocoClassNames);
@@ -41,20 +43,21 @@ void AddClasses(py::module_& m) {
 }
 
 void AddDetections(py::module_& m) {
-  py::class_<ImageDetections>(m, "ImageDetections", doc::ImageDetections)
+  Value<ImageDetections>(m, "ImageDetections", doc::ImageDetections)
       .def(py::init([](const FileText& file_name, const std::vector<Detection>& detections) {
              return ImageDetections{file_name, detections};
            }),
            py::arg("file_name"), py::arg("detections"), doc::ImageDetections)
-      .def_property_readonly(
-          "file_name", [](const ImageDetections& d) { return FileTextOf(d.file_name); },
-          doc::ImageDetections_file_name)
-      .def_property_readonly(
-          "detections", [](const ImageDetections& d) { return py::tuple(py::cast(d.detections)); },
-          doc::ImageDetections_detections);
-  py::class_<DetectionTable>(m, "DetectionTable", doc::DetectionTable)
+      .def_file_name(OASLAM_FIELD(ImageDetections, file_name))
+      .def_tuple(OASLAM_FIELD(ImageDetections, detections));
+  Value<DetectionTable>(m, "DetectionTable", doc::DetectionTable)
       .def(py::init<std::vector<ImageDetections>>(), py::arg("images") = py::tuple(),
            doc::DetectionTable)
+      .keep(
+          "images", [](const DetectionTable& table) { return py::cast(table.images()); },
+          [](DetectionTable& table, py::handle state) {
+            table = DetectionTable(state.cast<std::vector<ImageDetections>>());
+          })
       .def(
           "find", [](const DetectionTable& table, const FileText& image_name) -> const auto& {
             return table.Find(image_name);

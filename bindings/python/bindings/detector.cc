@@ -83,11 +83,9 @@ void AddBackgroundDetector(py::module_& m) {
   using Result = BackgroundDetector::Result;
   py::class_<BackgroundDetector, std::shared_ptr<BackgroundDetector>> background(
       m, "BackgroundDetector", doc::BackgroundDetector);
-  py::class_<Result>(background, "Result", doc::BackgroundDetector_Result)
+  Value<Result>(background, "Result", doc::BackgroundDetector_Result)
       .def_readonly(OASLAM_FIELD(Result, frame))
-      .def_property_readonly(
-          "detections", [](const Result& r) { return py::tuple(py::cast(r.detections)); },
-          doc::Result_detections);
+      .def_tuple(OASLAM_FIELD(Result, detections));
   background
       .def(py::init(&MakeBackgroundDetector), py::arg("detect"),
            doc::BackgroundDetector_BackgroundDetector)

@@ -7,8 +7,35 @@
 
 #include "casters.h"
 #include "gil.h"
+#include "oaslam/fork.h"
 
 namespace oaslam::python {
+
+// Allows one call at a time.
+class Turn {
+ public:
+  struct Flag {
+    std::atomic<bool> is_used = false;
+    const int forks_before = ForksBefore();
+  };
+
+  // Throws ForkError where a call was under way when a parent process forked, and
+  // std::runtime_error with this message where one is under way in this process.
+  Turn(Flag& flag, const char* message) : flag_(flag) {
+    if (!flag_.is_used.exchange(true)) return;
+    if (flag_.forks_before != ForksBefore()) throw ForkError();
+    throw std::runtime_error(message);
+  }
+  ~Turn() { flag_.is_used = is_kept_; }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+  // No other call is allowed any more.
+  void Keep() { is_kept_ = true; }
+
+ private:
+  Flag& flag_;
+  bool is_kept_ = false;
+};
 
 // An object that allows one call at a time. Its functions and its destructor run without Python's
 // lock, since threads of the library may need that to finish. Calls of other Python threads
@@ -21,34 +48,22 @@ class Exclusive {
 
   template <typename Function>
   auto Use(Function&& function) {
-    const Turn turn(is_used_);
+    const Turn turn(is_used_, kAtWork);
     const WithoutPythonsLock without_gil;
     return function(value_);
   }
   // Within Use of another object, which has released Python's lock.
   template <typename Function>
   auto UseToo(Function&& function) {
-    const Turn turn(is_used_);
+    const Turn turn(is_used_, kAtWork);
     return function(value_);
   }
 
  private:
-  class Turn {
-   public:
-    explicit Turn(std::atomic<bool>& is_used) : is_used_(is_used) {
-      if (is_used_.exchange(true))
-        throw std::runtime_error(
-            "this object is at work for another call, and takes one at a time");
-    }
-    ~Turn() { is_used_ = false; }
-    Turn(const Turn&) = delete;
-    Turn& operator=(const Turn&) = delete;
+  static constexpr const char* kAtWork =
+      "this object is at work for another call, and takes one at a time";
 
-   private:
-    std::atomic<bool>& is_used_;
-  };
-
-  std::atomic<bool> is_used_ = false;
+  Turn::Flag is_used_;
   T value_;
 };
 

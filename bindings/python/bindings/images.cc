@@ -27,12 +27,7 @@ class Images {
   virtual ~Images() = default;
 
   std::optional<InputImage> Next() {
-    if (is_read_.exchange(true))
-      throw std::runtime_error("this image source is read by another thread");
-    const struct Release {
-      std::atomic<bool>& flag;
-      ~Release() { flag = false; }
-    } release{is_read_};
+    const Turn turn(is_read_, kIsRead);
     const WithoutPythonsLock without_gil;
     return source_->Next();
   }
@@ -43,14 +38,15 @@ class Images {
   }
   // Hands over the source to its only reader from then on.
   std::shared_ptr<ImageSource> Take() {
-    if (is_read_.exchange(true))
-      throw std::runtime_error("this image source is read by another thread");
+    Turn(is_read_, kIsRead).Keep();
     return source_;
   }
 
  private:
+  static constexpr const char* kIsRead = "this image source is read by another thread";
+
   std::shared_ptr<ImageSource> source_;
-  std::atomic<bool> is_read_ = false;
+  Turn::Flag is_read_;
 };
 
 class LatestImages : public Images {
@@ -112,16 +108,16 @@ void AddImages(py::module_& m) {
   py::enum_<Orientation>(m, "Orientation", doc::Orientation)
       .value("STORED", Orientation::kStored, doc::Orientation_kStored)
       .value("UPRIGHT", Orientation::kUpright, doc::Orientation_kUpright);
-  py::class_<InputImage>(m, "InputImage", doc::InputImage)
+  Value<InputImage>(m, "InputImage", doc::InputImage)
       .def_readonly(OASLAM_FIELD(InputImage, index))
       .def_readonly(OASLAM_FIELD(InputImage, timestamp))
-      .def_property_readonly(
-          "name", [](const InputImage& i) { return FileTextOf(i.name); }, doc::InputImage_name)
+      .def_file_name(OASLAM_FIELD(InputImage, name))
+      .keep("image", &InputImage::image)
       .def_property_readonly(
           "image", [](const InputImage& i) { return i.image; }, doc::InputImage_image)
-      .def_property_readonly(
-          "path", [](const InputImage& i) { return FileTextOf(i.path); }, doc::InputImage_path)
-      .def_readonly(OASLAM_FIELD(InputImage, orientation));
+      .def_file_name(OASLAM_FIELD(InputImage, path))
+      .def_readonly(OASLAM_FIELD(InputImage, orientation))
+      .def_readonly(OASLAM_FIELD(InputImage, taken_s));
   py::class_<Images, std::shared_ptr<Images>>(m, "ImageSource", doc::ImageSource)
       .def("__iter__", [](const std::shared_ptr<Images>& images) { return images; })
       .def("__next__", &NextOrStop)
@@ -143,10 +139,9 @@ void AddImages(py::module_& m) {
   };
   def_opener("open_images", &Open<Images, &OpenImages>, doc::OpenImages);
   def_opener("open_camera", &Open<LatestImages, &OpenCamera>, doc::OpenCamera);
-  py::class_<ListedImage>(m, "ListedImage", doc::ListedImage)
+  Value<ListedImage>(m, "ListedImage", doc::ListedImage)
       .def_readonly(OASLAM_FIELD(ListedImage, timestamp))
-      .def_property_readonly(
-          "path", [](const ListedImage& i) { return FileTextOf(i.path); }, doc::ListedImage_path);
+      .def_file_name(OASLAM_FIELD(ListedImage, path));
   m.def(
       "list_images",
       [](const PathText& source, std::optional<double> fps, int from, int to) {

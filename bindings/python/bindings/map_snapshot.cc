@@ -80,26 +80,24 @@ py::array_t<uint8_t> Descriptors(const MapSnapshot& map, KeyframeId keyframe) {
 
 void AddElements(py::handle snapshot) {
   using Keyframe = MapSnapshot::Keyframe;
-  py::class_<Keyframe>(snapshot, "Keyframe", doc::MapSnapshot_Keyframe)
+  Value<Keyframe>(snapshot, "Keyframe", doc::MapSnapshot_Keyframe)
       .def_readonly(OASLAM_FIELD(Keyframe, id))
       .def_readonly(OASLAM_FIELD(Keyframe, frame))
       .def_readonly(OASLAM_FIELD(Keyframe, timestamp))
       .def_readonly(OASLAM_FIELD(Keyframe, camera))
       .def_readonly(OASLAM_FIELD(Keyframe, world_from_cam));
   using Landmark = MapSnapshot::Landmark;
-  py::class_<Landmark>(snapshot, "Landmark", doc::MapSnapshot_Landmark)
+  Value<Landmark>(snapshot, "Landmark", doc::MapSnapshot_Landmark)
       .def_readonly(OASLAM_FIELD(Landmark, id))
       .def_readonly(OASLAM_FIELD(Landmark, position))
       .def_readonly(OASLAM_FIELD(Landmark, observations));
   using Object = MapSnapshot::Object;
-  py::class_<Object>(snapshot, "Object", doc::MapSnapshot_Object)
+  Value<Object>(snapshot, "Object", doc::MapSnapshot_Object)
       .def_readonly(OASLAM_FIELD(Object, id))
       .def_readonly(OASLAM_FIELD(Object, category_id))
       .def_readonly(OASLAM_FIELD(Object, name))
       .def_readonly(OASLAM_FIELD(Object, ellipsoid))
-      .def_property_readonly(
-          "covariance", [](const Object& o) { return ArrayOf(o.covariance); },
-          doc::Object_covariance)
+      .def_array(OASLAM_FIELD(Object, covariance))
       .def_readonly(OASLAM_FIELD(Object, observations))
       .def_readonly(OASLAM_FIELD(Object, has_moved))
       .def("__repr__", [](const Object& o) {
@@ -115,7 +113,7 @@ void AddMap(py::module_& m) {
   PYBIND11_NUMPY_DTYPE(LandmarkRow, id, position, observations);
   PYBIND11_NUMPY_DTYPE(ObservationRow, keyframe, landmark, keypoint, pixel, sigma_px);
   PYBIND11_NUMPY_DTYPE(SightingRow, keyframe, frame, world_from_cam, box, score);
-  py::class_<AnchorPose>(m, "AnchorPose", doc::AnchorPose)
+  Value<AnchorPose>(m, "AnchorPose", doc::AnchorPose)
       .def_readonly(OASLAM_FIELD(AnchorPose, name))
       .def_readonly(OASLAM_FIELD(AnchorPose, model))
       .def_readonly(OASLAM_FIELD(AnchorPose, size))
@@ -126,19 +124,19 @@ void AddMap(py::module_& m) {
       .value("OBJECT", HitKind::kObject)
       .value("PLANE", HitKind::kPlane)
       .value("LANDMARK", HitKind::kLandmark);
-  py::class_<RayHit>(m, "RayHit", doc::RayHit)
+  Value<RayHit>(m, "RayHit", doc::RayHit)
       .def_readonly(OASLAM_FIELD(RayHit, kind))
       .def_readonly(OASLAM_FIELD(RayHit, distance))
       .def_readonly(OASLAM_FIELD(RayHit, position))
       .def_readonly(OASLAM_FIELD(RayHit, normal))
       .def_readonly(OASLAM_FIELD(RayHit, object))
       .def_readonly(OASLAM_FIELD(RayHit, landmark));
-  py::class_<AnchorReport>(m, "AnchorReport", doc::AnchorReport)
+  Value<AnchorReport>(m, "AnchorReport", doc::AnchorReport)
       .def_readonly(OASLAM_FIELD(AnchorReport, name))
       .def_readonly(OASLAM_FIELD(AnchorReport, why_not))
       .def("is_done", &AnchorReport::IsDone, doc::AnchorReport_IsDone)
       .def("__bool__", &AnchorReport::IsDone);
-  py::class_<ScaleEstimate>(m, "ScaleEstimate", doc::ScaleEstimate)
+  Value<ScaleEstimate>(m, "ScaleEstimate", doc::ScaleEstimate)
       .def_readonly(OASLAM_FIELD(ScaleEstimate, success))
       .def_readonly(OASLAM_FIELD(ScaleEstimate, why_not))
       .def_readonly(OASLAM_FIELD(ScaleEstimate, metres_per_unit))

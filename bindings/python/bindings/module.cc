@@ -24,5 +24,6 @@ PYBIND11_MODULE(_oaslam, m) {
   AddMapLocalizer(m);
   AddMapViewer(m);
   AddLog(m);
+  PickleByName(m);
   m.attr("__name__") = own_name;
 }

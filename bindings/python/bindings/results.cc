@@ -12,26 +12,28 @@
 namespace oaslam::python {
 namespace {
 
+using HeldPose = std::optional<Rigid3>;
+
 void AddTrackingResult(py::module_& m) {
-  py::class_<PoseElsewhere>(m, "PoseElsewhere", doc::PoseElsewhere)
+  Value<PoseElsewhere>(m, "PoseElsewhere", doc::PoseElsewhere)
       .def_readonly(OASLAM_FIELD(PoseElsewhere, world))
       .def_readonly(OASLAM_FIELD(PoseElsewhere, world_from_cam))
-      .def_property_readonly(
-          "covariance", [](const PoseElsewhere& p) { return ArrayOf(p.covariance); },
-          doc::PoseElsewhere_covariance)
+      .def_array(OASLAM_FIELD(PoseElsewhere, covariance))
       .def_readonly(OASLAM_FIELD(PoseElsewhere, is_uncertain))
       .def_readonly(OASLAM_FIELD(PoseElsewhere, state))
       .def_readonly(OASLAM_FIELD(PoseElsewhere, depth))
       .def_readonly(OASLAM_FIELD(PoseElsewhere, confidence));
-  py::class_<TrackingResult>(m, "TrackingResult", doc::TrackingResult)
+  Value<TrackingResult>(m, "TrackingResult", doc::TrackingResult)
       .def_readonly(OASLAM_FIELD(TrackingResult, frame))
       .def_readonly(OASLAM_FIELD(TrackingResult, timestamp))
       .def_readonly(OASLAM_FIELD(TrackingResult, state))
       .def_readonly(OASLAM_FIELD(TrackingResult, world))
+      .keep(
+          "world_from_cam",
+          [](const TrackingResult& r) { return StateOf<HeldPose>::Get(r.PoseIn(r.world)); },
+          [](TrackingResult& r, py::handle state) { r.SetPose(StateOf<HeldPose>::From(state)); })
       .def("pose_in", &TrackingResult::PoseIn, py::arg("world"), doc::TrackingResult_PoseIn)
-      .def_property_readonly(
-          "elsewhere", [](const TrackingResult& r) { return py::tuple(py::cast(r.elsewhere)); },
-          doc::TrackingResult_elsewhere)
+      .def_tuple(OASLAM_FIELD(TrackingResult, elsewhere))
       .def_property_readonly("has_pose", &TrackingResult::HasPose, doc::TrackingResult_HasPose)
       .def_readonly(OASLAM_FIELD(TrackingResult, source))
       .def_readonly(OASLAM_FIELD(TrackingResult, keypoints))
@@ -40,12 +42,11 @@ void AddTrackingResult(py::module_& m) {
       .def_readonly(OASLAM_FIELD(TrackingResult, detections))
       .def_readonly(OASLAM_FIELD(TrackingResult, objects))
       .def_readonly(OASLAM_FIELD(TrackingResult, confidence))
-      .def_property_readonly(
-          "covariance", [](const TrackingResult& r) { return ArrayOf(r.covariance); },
-          doc::TrackingResult_covariance)
+      .def_array(OASLAM_FIELD(TrackingResult, covariance))
       .def_readonly(OASLAM_FIELD(TrackingResult, is_uncertain))
       .def_readonly(OASLAM_FIELD(TrackingResult, seconds_without_map))
       .def_readonly(OASLAM_FIELD(TrackingResult, depth))
+      .def_readonly(OASLAM_FIELD(TrackingResult, motion_unit))
       .def_readonly(OASLAM_FIELD(TrackingResult, ms_total))
       .def_readonly(OASLAM_FIELD(TrackingResult, ms_features))
       .def_readonly(OASLAM_FIELD(TrackingResult, ms_track))
@@ -54,14 +55,14 @@ void AddTrackingResult(py::module_& m) {
       .def("__repr__", [](const TrackingResult& r) {
         return py::str("<oaslam.TrackingResult of frame {}: {}>").format(r.frame, r.state);
       });
-  py::class_<GyroscopeCalibration>(m, "GyroscopeCalibration", doc::GyroscopeCalibration)
+  Value<GyroscopeCalibration>(m, "GyroscopeCalibration", doc::GyroscopeCalibration)
       .def_readonly(OASLAM_FIELD(GyroscopeCalibration, bias))
       .def_readonly(OASLAM_FIELD(GyroscopeCalibration, sigma_bias))
       .def_readonly(OASLAM_FIELD(GyroscopeCalibration, offset_s))
       .def_readonly(OASLAM_FIELD(GyroscopeCalibration, sigma_offset_s))
       .def_readonly(OASLAM_FIELD(GyroscopeCalibration, sigma))
       .def_readonly(OASLAM_FIELD(GyroscopeCalibration, state));
-  py::class_<ObjectPresence>(m, "ObjectPresence", doc::ObjectPresence)
+  Value<ObjectPresence>(m, "ObjectPresence", doc::ObjectPresence)
       .def_readonly(OASLAM_FIELD(ObjectPresence, id))
       .def_readonly(OASLAM_FIELD(ObjectPresence, category_id))
       .def_readonly(OASLAM_FIELD(ObjectPresence, expected))
@@ -71,8 +72,8 @@ void AddTrackingResult(py::module_& m) {
 
 void AddRelocalizationResult(py::module_& m) {
   using Candidate = RelocalizationResult::Candidate;
-  py::class_<RelocalizationResult> result(m, "RelocalizationResult", doc::RelocalizationResult);
-  py::class_<Candidate>(result, "Candidate", doc::RelocalizationResult_Candidate)
+  Value<RelocalizationResult> result(m, "RelocalizationResult", doc::RelocalizationResult);
+  Value<Candidate>(result, "Candidate", doc::RelocalizationResult_Candidate)
       .def_readonly(OASLAM_FIELD(Candidate, world_from_cam))
       .def_readonly(OASLAM_FIELD(Candidate, score));
   result.def_readonly(OASLAM_FIELD(RelocalizationResult, evidence))
@@ -83,9 +84,7 @@ void AddRelocalizationResult(py::module_& m) {
       .def_readonly(OASLAM_FIELD(RelocalizationResult, object_margin))
       .def_readonly(OASLAM_FIELD(RelocalizationResult, inlier_points))
       .def_readonly(OASLAM_FIELD(RelocalizationResult, matched_objects))
-      .def_property_readonly(
-          "covariance", [](const RelocalizationResult& r) { return ArrayOf(r.covariance); },
-          doc::RelocalizationResult_covariance)
+      .def_array(OASLAM_FIELD(RelocalizationResult, covariance))
       .def_readonly(OASLAM_FIELD(RelocalizationResult, sigma_position))
       .def_readonly(OASLAM_FIELD(RelocalizationResult, candidates))
       .def_readonly(OASLAM_FIELD(RelocalizationResult, candidates_are_by))
@@ -139,7 +138,7 @@ void AddResults(py::module_& m) {
                   .value("ANCHOR_EDITED", SlamEventKind::kAnchorEdited)
                   .value("ANCHOR_REMOVED", SlamEventKind::kAnchorRemoved);
   SayAsToString(kind);
-  py::class_<SlamEvent>(m, "SlamEvent", doc::SlamEvent)
+  Value<SlamEvent>(m, "SlamEvent", doc::SlamEvent)
       .def_readonly(OASLAM_FIELD(SlamEvent, number))
       .def_readonly(OASLAM_FIELD(SlamEvent, kind))
       .def_readonly(OASLAM_FIELD(SlamEvent, frame))
@@ -161,14 +160,14 @@ void AddResults(py::module_& m) {
 }
 
 void AddTrajectories(py::module_& m) {
-  py::class_<StampedPose>(m, "StampedPose", doc::StampedPose)
+  Value<StampedPose>(m, "StampedPose", doc::StampedPose)
       .def(py::init([](double timestamp, const Rigid3& world_from_cam) {
              return StampedPose{timestamp, world_from_cam};
            }),
            py::arg("timestamp"), py::arg("world_from_cam"), doc::StampedPose)
       .def_readonly(OASLAM_FIELD(StampedPose, timestamp))
       .def_readonly(OASLAM_FIELD(StampedPose, world_from_cam));
-  py::class_<ScoredPose>(m, "ScoredPose", doc::ScoredPose)
+  Value<ScoredPose>(m, "ScoredPose", doc::ScoredPose)
       .def(py::init([](const StampedPose& pose, double score) {
              return ScoredPose{pose, score};
            }),

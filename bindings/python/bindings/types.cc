@@ -21,6 +21,7 @@ void AddId(py::module_& m, const char* name, const char* text) {
           "__eq__", [](Id a, Id b) { return a == b; }, py::is_operator())
       .def(
           "__lt__", [](Id a, Id b) { return a < b; }, py::is_operator())
+      .def(py::pickle([](Id id) { return id.value; }, [](uint32_t value) { return Id(value); }))
       .def("__str__", [](Id id) { return ToString(id); })
       .def("__repr__", [name](Id id) { return std::string(name) + "(" + ToString(id) + ")"; });
 }
@@ -42,6 +43,7 @@ void AddErrors(py::module_& m) {
   });
   py::register_exception<MappingError>(m, "MappingError", PyExc_RuntimeError).doc() =
       doc::MappingError;
+  py::register_exception<ForkError>(m, "ForkError", PyExc_RuntimeError).doc() = doc::ForkError;
 }
 
 void AddTypes(py::module_& m) {
@@ -86,7 +88,7 @@ void AddTypes(py::module_& m) {
   m.def("relocalization_mode_of", &RelocalizationModeOf, py::arg("name"),
         doc::RelocalizationModeOf);
 
-  py::class_<Box>(m, "Box", doc::Box)
+  Value<Box>(m, "Box", doc::Box)
       .def(py::init([](double x1, double y1, double x2, double y2) {
              return Box{x1, y1, x2, y2};
            }),
@@ -98,21 +100,17 @@ void AddTypes(py::module_& m) {
       .def("width", &Box::Width, doc::Box_Width)
       .def("height", &Box::Height, doc::Box_Height)
       .def("area", &Box::Area, doc::Box_Area)
-      .def(
-          "__eq__", [](const Box& a, const Box& b) { return a == b; }, py::is_operator())
       .def("__repr__", [](const Box& b) {
         return py::str("Box({}, {}, {}, {})").format(b.x1, b.y1, b.x2, b.y2);
       });
-  py::class_<Label>(m, "Label", doc::Label)
+  Value<Label>(m, "Label", doc::Label)
       .def(py::init([](int category_id, double score) {
              return Label{category_id, score};
            }),
            py::arg("category_id"), py::arg("score"), doc::Label)
       .def_readwrite(OASLAM_FIELD(Label, category_id))
-      .def_readwrite(OASLAM_FIELD(Label, score))
-      .def(
-          "__eq__", [](const Label& a, const Label& b) { return a == b; }, py::is_operator());
-  py::class_<Detection>(m, "Detection", doc::Detection)
+      .def_readwrite(OASLAM_FIELD(Label, score));
+  Value<Detection>(m, "Detection", doc::Detection)
       .def(py::init([](int category_id, double score, const Box& box,
                        const std::optional<std::array<double, 5>>& ellipse,
                        const std::vector<Label>& other_labels) {
@@ -124,15 +122,14 @@ void AddTypes(py::module_& m) {
       .def_readwrite(OASLAM_FIELD(Detection, score))
       .def_readwrite(OASLAM_FIELD(Detection, box))
       .def_readonly(OASLAM_FIELD(Detection, ellipse))
-      .def_property_readonly(
-          "other_labels", [](const Detection& d) { return py::tuple(py::cast(d.other_labels)); },
-          doc::Detection_other_labels)
+      .def_tuple(OASLAM_FIELD(Detection, other_labels))
       .def("__repr__", [](const Detection& d) {
         return py::str("Detection({}, {}, {!r})").format(d.category_id, d.score, d.box);
       });
-  py::class_<Ellipsoid>(m, "Ellipsoid", doc::Ellipsoid)
+  Value<Ellipsoid>(m, "Ellipsoid", doc::Ellipsoid)
       .def_readonly(OASLAM_FIELD(Ellipsoid, center))
       .def_readonly(OASLAM_FIELD(Ellipsoid, half_axes))
+      .keep("rotation", &Ellipsoid::rotation)
       .def_property_readonly(
           "rotation", [](const Ellipsoid& e) { return ArrayOf(e.rotation.toRotationMatrix()); },
           doc::Ellipsoid_rotation);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "oaslam/export.h"
+#include "oaslam/fork.h"
 #include "oaslam/types.h"
 
 namespace oaslam {
@@ -48,7 +49,7 @@ class OASLAM_API BackgroundDetector {
 
  private:
   class Impl;
-  std::unique_ptr<Impl> impl_;
+  ProcessBound<Impl> impl_;
 };
 
 }  // namespace oaslam

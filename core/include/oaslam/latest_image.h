@@ -5,6 +5,7 @@
 #include <string>
 
 #include "oaslam/export.h"
+#include "oaslam/fork.h"
 #include "oaslam/image_source.h"
 
 namespace oaslam {
@@ -33,7 +34,7 @@ class OASLAM_API LatestImageSource : public ImageSource {
 
  private:
   class Impl;
-  std::unique_ptr<Impl> impl_;
+  ProcessBound<Impl> impl_;
 };
 
 // Opens a source whose Next returns the newest image, as an application with a camera needs it. A

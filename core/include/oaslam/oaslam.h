@@ -40,6 +40,7 @@
 #include "oaslam/log.h"
 // What all of these share
 #include "oaslam/error.h"
+#include "oaslam/fork.h"
 #include "oaslam/ids.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/types.h"

@@ -30,7 +30,8 @@ typedef enum {
   OASLAM_INPUT_ERROR = 1,   /* an argument, image or file cannot be used */
   OASLAM_MAPPING_ERROR = 2, /* mapping has ended; the map can still be saved */
   OASLAM_REFUSED = 3,       /* no place for an anchor, no known scale, maps that do not match */
-  OASLAM_OTHER_ERROR = 4    /* e.g. memory ran out */
+  OASLAM_OTHER_ERROR = 4,   /* e.g. memory ran out */
+  OASLAM_FORK_ERROR = 5     /* the handle is of the process that was forked; make one here */
 } oaslam_status;
 
 /* The message of this thread's last call that did not return OASLAM_OK, or of its last relocalize

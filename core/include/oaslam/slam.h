@@ -14,6 +14,7 @@
 #include "oaslam/config.h"
 #include "oaslam/error.h"
 #include "oaslam/export.h"
+#include "oaslam/fork.h"
 #include "oaslam/ids.h"
 #include "oaslam/image_input.h"
 #include "oaslam/map_snapshot.h"
@@ -253,7 +254,7 @@ class OASLAM_API Slam {
 
  private:
   class Impl;
-  std::unique_ptr<Impl> impl_;
+  ProcessBound<Impl> impl_;
 };
 
 }  // namespace oaslam

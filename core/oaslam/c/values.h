@@ -37,6 +37,8 @@ oaslam_status Call(Function&& function, const Needed*... needed) noexcept {
     return Failed(OASLAM_INPUT_ERROR, error.what());
   } catch (const MappingError& error) {
     return Failed(OASLAM_MAPPING_ERROR, error.what());
+  } catch (const ForkError& error) {
+    return Failed(OASLAM_FORK_ERROR, error.what());
   } catch (const std::exception& error) {
     return Failed(OASLAM_OTHER_ERROR, error.what());
   } catch (...) {

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "expect_input_error.h"
+#include "forked.h"
 
 namespace oaslam {
 namespace {
@@ -133,6 +134,25 @@ TEST(BackgroundDetector, OfWhatWaitsAtTheEndTheNewestAtMostIsLookedAt) {
     go_on.release(6);
   }
   EXPECT_THAT(seen, AnyOf(ElementsAre(0), ElementsAre(0, 5)));
+}
+
+TEST(BackgroundDetector, IsLeftAloneByAForkedChild) {
+  std::binary_semaphore begun(0), go_on(0);
+  auto detector = std::make_unique<BackgroundDetector>([&](const cv::Mat&) {
+    begun.release();
+    go_on.acquire();
+    return std::vector<Detection>{};
+  });
+  detector->Offer(0, cv::Mat(1, 1, CV_8U));
+  begun.acquire();
+  EXPECT_TRUE(HoldsInChild([&] {
+    EXPECT_THROW(detector->Wait(), ForkError);
+    detector.reset();
+    return !testing::Test::HasFailure();
+  }));
+  go_on.release();
+  detector->Wait();
+  EXPECT_EQ(detector->images(), 1);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "oaslam/fork.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/images/bit_depth.h"
 #include "oaslam/images/camera_source.h"
@@ -25,6 +26,19 @@ int EndOf(const std::vector<ListedImage>& images, const ImageSourceOptions& opti
   const int count = static_cast<int>(images.size());
   return options.to < 0 ? count : std::min(options.to, count);
 }
+
+// A source that decodes on threads of its own, from a file whose position a forked child would
+// share.
+class DecodedSource : public ImageSource {
+ public:
+  explicit DecodedSource(std::unique_ptr<ImageSource> source) : source_(std::move(source)) {}
+  std::optional<InputImage> Next() override { return source_->Next(); }
+  int size() const override { return source_->size(); }
+  void Stop() override { source_->Stop(); }
+
+ private:
+  ProcessBound<ImageSource> source_;
+};
 
 class ListSource : public ImageSource {
  public:
@@ -111,13 +125,13 @@ std::unique_ptr<ImageSource> OpenImages(const std::string& source,
   if (options.follow && (IsCamera(source) || !fs::is_directory(source, error) ||
                          fs::exists(fs::path(source) / "rgb.txt", error)))
     throw BadInput("{}: --follow asks for a folder of images (without rgb.txt)", source);
-  if (IsCamera(source)) return OpenStream(source, options);
+  if (IsCamera(source)) return std::make_unique<DecodedSource>(OpenStream(source, options));
   if (options.follow) return FollowFolder(source, options);
   if (auto images = ListChecked(source, options))
     return std::make_unique<ListSource>(source, std::move(*images), options);
   if (options.time_unit)
     throw BadInput("{}: --time-unit: a video tells the unit of its times", source);
-  return OpenVideo(FilmOf(source, options), options);
+  return std::make_unique<DecodedSource>(OpenVideo(FilmOf(source, options), options));
 }
 
 }  // namespace oaslam

@@ -30,7 +30,7 @@ void SlamStates::Board::Add(SlamEventKind kind, const std::string& anchor) {
 
 void SlamStates::Board::Post(std::shared_ptr<const SlamState> state,
                              const std::string& edited_anchor) {
-  const std::lock_guard lock(mutex);
+  const std::unique_lock lock = Lock();
   is_closed = !state;
   if (state) {
     const std::shared_ptr<const SlamState> before = std::exchange(newest, std::move(state));
@@ -53,21 +53,26 @@ void SlamStates::Board::AddEventsSince(const SlamState& before, const std::strin
     Add(SlamEventKind::kAnchorEdited, edited_anchor);
 }
 
+std::unique_lock<std::mutex> SlamStates::Board::Lock() {
+  if (forks_before_ != ForksBefore()) throw ForkError();
+  return std::unique_lock(mutex_);
+}
+
 SlamStates::SlamStates(std::shared_ptr<Board> board) : board_(std::move(board)) {}
 
 std::shared_ptr<const SlamState> SlamStates::Newest() const {
-  const std::lock_guard lock(board_->mutex);
+  const std::unique_lock lock = board_->Lock();
   return board_->newest;
 }
 
 std::vector<SlamEvent> SlamStates::EventsAfter(uint64_t number) const {
-  const std::lock_guard lock(board_->mutex);
+  const std::unique_lock lock = board_->Lock();
   const auto first = std::ranges::upper_bound(board_->events, number, {}, &SlamEvent::number);
   return {first, board_->events.end()};
 }
 
 bool SlamStates::HasEnded() const {
-  const std::lock_guard lock(board_->mutex);
+  const std::unique_lock lock = board_->Lock();
   return board_->is_closed;
 }
 
@@ -75,7 +80,7 @@ std::shared_ptr<const SlamState> SlamStates::WaitForNext(
     const std::shared_ptr<const SlamState>& last, std::chrono::milliseconds timeout) const {
   // The clock's counter would overflow at longer waits.
   constexpr std::chrono::milliseconds kLongest = std::chrono::years(100);
-  std::unique_lock lock(board_->mutex);
+  std::unique_lock lock = board_->Lock();
   board_->changed.wait_for(lock, std::clamp(timeout, std::chrono::milliseconds(0), kLongest),
                            [&] { return board_->newest != last || board_->is_closed; });
   return board_->newest != last ? board_->newest : nullptr;

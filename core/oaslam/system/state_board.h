@@ -7,6 +7,7 @@
 #include <mutex>
 #include <string>
 
+#include "oaslam/fork.h"
 #include "oaslam/slam_state.h"
 
 namespace oaslam {
@@ -18,7 +19,9 @@ class OASLAM_LOCAL SlamStates::Board {
   // `edited_anchor`: an anchor that was edited meanwhile. Null: no more states will come.
   void Post(std::shared_ptr<const SlamState> state, const std::string& edited_anchor = {});
 
-  std::mutex mutex;
+  // Throws ForkError: the board is the process's in which it was made.
+  std::unique_lock<std::mutex> Lock();
+
   std::condition_variable changed;
   std::shared_ptr<const SlamState> newest;
   std::deque<SlamEvent> events;
@@ -28,6 +31,8 @@ class OASLAM_LOCAL SlamStates::Board {
   void AddEventsSince(const SlamState& before, const std::string& edited_anchor);
   void Add(SlamEventKind kind, const std::string& anchor = {});
   uint64_t last_number_ = 0;
+  std::mutex mutex_;  // guards all
+  const int forks_before_ = ForksBefore();
 };
 
 }  // namespace oaslam

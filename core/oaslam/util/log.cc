@@ -1,5 +1,7 @@
 #include "oaslam/util/log.h"
 
+#include <pthread.h>
+
 #include <cstdio>
 #include <memory>
 #include <mutex>
@@ -18,6 +20,10 @@ std::shared_ptr<const LogSink>& Sink() {
       }));
   return sink;
 }
+
+// A forked child would find the lock taken for ever if another thread of its parent held it.
+[[maybe_unused]] const int locked_while_forking = pthread_atfork(
+    [] { sink_mutex.lock(); }, [] { sink_mutex.unlock(); }, [] { sink_mutex.unlock(); });
 
 std::shared_ptr<const LogSink> CurrentSink() {
   const std::lock_guard lock(sink_mutex);

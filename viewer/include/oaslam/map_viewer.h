@@ -4,6 +4,7 @@
 #include <string>
 
 #include "oaslam/export.h"
+#include "oaslam/fork.h"
 #include "oaslam/image_input.h"
 #include "oaslam/slam.h"
 #include "oaslam/tracking_result.h"
@@ -42,7 +43,7 @@ class OASLAM_API MapViewer {
 
  private:
   class Impl;
-  std::unique_ptr<Impl> impl_;
+  ProcessBound<Impl> impl_;
 };
 
 }  // namespace oaslam

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+
+namespace oaslam {
+
+// Calls a function in a forked child, which then ends as a program does. Returns whether it was
+// true; false also where the child hangs, and is killed after a minute.
+inline bool HoldsInChild(const std::function<bool()>& function) {
+  std::fflush(nullptr);  // else the child would write the same again
+  const pid_t child = fork();
+  if (child == 0) {
+    alarm(60);
+    std::exit(function() ? 0 : 1);
+  }
+  int status = -1;
+  return waitpid(child, &status, 0) == child && status == 0;
+}
+
+}  // namespace oaslam
