@@ -1,4 +1,5 @@
 """oaslam export: each format is opened by an independent reader, and its axes, signs and pixels are checked by projecting landmarks of the map."""
+import base64
 import math
 import os
 import re
@@ -141,6 +142,31 @@ class TestExport(harness.InFolder):
             others = [(harness.apply(truth, p["center"])[2] - world[2], to_scene(p["center"])[1] - scene[1]) for p in self.map.objects.values()]
             assert all(a * b > 0 for a, b in others if abs(a) > 0.3), (i, others)
 
+    def test_gltf_has_the_camera_as_an_animation(self):
+        gltf = harness.read_json(self.export("gltf", "desk.gltf"))
+        data = base64.b64decode(gltf["buffers"][0]["uri"].split(",", 1)[1])
+
+        def numbers(accessor):
+            described = gltf["accessors"][accessor]
+            width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[described["type"]]
+            begin = gltf["bufferViews"][described["bufferView"]]["byteOffset"]
+            return np.frombuffer(data, np.float32, described["count"] * width, begin).reshape(-1, width)
+        animation, = gltf["animations"]
+        node = gltf["nodes"][animation["channels"][0]["target"]["node"]]
+        assert node["name"] == "camera" and "camera" in node
+        values = {c["target"]["path"]: animation["samplers"][c["sampler"]] for c in animation["channels"]}
+        times = numbers(values["translation"]["input"])[:, 0]
+        positions, rotations = numbers(values["translation"]["output"]), numbers(values["rotation"]["output"])
+        trajectory = harness.read_tum(os.path.join(harness.DESK, "trajectory.txt"))
+        assert len(times) == len(positions) == len(rotations) == len(trajectory)
+        assert np.all(np.diff(times) > 0) and times[0] == 0
+        for i, (time, position, q) in enumerate(trajectory):
+            assert times[i] == pytest.approx(time - trajectory[0][0], abs=1e-4)
+            assert positions[i] == pytest.approx(position, abs=1e-4)
+            # It looks along -z with y up.
+            assert rotation(rotations[i]) == pytest.approx(rotation(q) @ np.diag([1, -1, -1]), abs=1e-4)
+            assert i == 0 or rotations[i] @ rotations[i - 1] > 0
+
     # ---- COLMAP
 
     def read_colmap(self, folder):
@@ -281,6 +307,32 @@ class TestExport(harness.InFolder):
             assert {p for _, _, p in image["points"]} - {-1} <= set(points)
         if shutil.which("colmap"):
             self.colmap("model_analyzer", "--path", half)
+
+    def test_exports_are_datasets_and_ground_truths(self):
+        """Read back: as images with a camera, and as poses of images by name, in COLMAP's own layout too."""
+        video = harness.clip("map_front")[1]
+        nerf, colmap = self.export("nerfstudio", "back_nerf", "--images", video), self.export("colmap", "back_colmap", "--images", video)
+        sparse = os.path.join(self.folder, "back_sparse")
+        os.makedirs(f"{sparse}/sparse")
+        shutil.copytree(f"{colmap}/images", f"{sparse}/images")
+        shutil.copytree(colmap, f"{sparse}/sparse/0", ignore=shutil.ignore_patterns("images"))
+        tum, count = os.path.join(harness.DESK, "trajectory.txt"), len(self.map.keyframes)
+        for folder in (nerf, colmap, sparse):
+            out = folder + "_out"
+            done = must_run("odometry", folder, "--out", out + ".txt")
+            assert f"{count} images, camera {folder}/" in done.err and f"{count} of {count} images" in done.err, done
+            # The map knows its images, the trajectory is told them, or nobody does.
+            images = [] if folder == nerf else ["--images", video]
+            compared = must_run("evaluate", "trajectory", self.map_file if folder == nerf else tum, folder, *images, "--align", "none").out
+            assert re.search(r"ATE position +0\.000", compared) and f"poses {count} of" in compared, compared
+            outcome = oaslam("evaluate", "trajectory", tum, folder)
+            assert outcome.code == 1 and folder in outcome.err and "--images" in outcome.err, outcome
+        # Names that are times need no images.
+        bare = self.export("colmap", "back_bare")
+        compared = must_run("evaluate", "trajectory", tum, bare, "--align", "none").out
+        assert re.search(r"ATE position +0\.000", compared) and f"poses {count} of" in compared, compared
+        outcome = oaslam("run", "--images", bare, "--out", os.path.join(self.folder, "no"))
+        assert outcome.code == 1 and bare in outcome.err, outcome
 
     # ---- TUM
 

@@ -17,6 +17,9 @@ enum PrimitiveMode { kPoints = 0, kLines = 1, kTriangles = 4 };
 
 Json RotationOf(const Eigen::Quaterniond& q) { return JsonNumbers<Json>(q.normalized().coeffs()); }
 
+// A glTF camera looks along -z with y up: OpenCV's frame rotated by 180 degrees about x.
+const Eigen::Quaterniond kCvFromGl(0, 1, 0, 0);
+
 double Linear(unsigned char srgb) { return LinearFromSrgb(srgb / 255.0); }
 
 // All nodes are children of the node "map", which rotates the frame of the map to y up, so that
@@ -33,18 +36,20 @@ class Document {
   void AddLandmarks();
   void AddTrajectory();
   void AddKeyframes();
+  void AddAnimations();
   void Save(const std::string& path);
 
  private:
   size_t AddMaterial(const std::string& name, const Rgb& color, bool is_surface);
   size_t AddMesh(const std::string& name, Json primitive);
+  int CameraOf(size_t recording) const;
   void AddNode(Json node);
 
   const SavedMap& saved_;
   std::vector<ExportedObject> objects_;
   GltfBuffer buffer_;
   Json nodes_ = Json::array(), children_ = Json::array(), meshes_ = Json::array(),
-       materials_ = Json::array(), cameras_ = Json::array();
+       materials_ = Json::array(), cameras_ = Json::array(), animations_ = Json::array();
 };
 
 size_t Document::AddMaterial(const std::string& name, const Rgb& color, bool is_surface) {
@@ -135,8 +140,6 @@ void Document::AddTrajectory() {
 
 void Document::AddKeyframes() {
   if (saved_.map.keyframes.empty()) return;
-  // A glTF camera looks along -z with y up: OpenCV's frame rotated by 180 degrees about x.
-  const Eigen::Quaterniond cv_from_gl(0, 1, 0, 0);
   const double depth = FrustumDepth(saved_.map);
   const size_t material = AddMaterial("keyframes", kKeyframeColor, false),
                first_mesh = meshes_.size();
@@ -146,7 +149,7 @@ void Document::AddKeyframes() {
   for (const Camera& camera : saved_.map.cameras) {
     std::vector<Eigen::Vector3d> corners;
     for (const Eigen::Vector3d& corner : FrustumCorners(camera, depth))
-      corners.push_back(cv_from_gl.conjugate() * corner);
+      corners.push_back(kCvFromGl.conjugate() * corner);
     AddMesh("frustum", {{"attributes", {{"POSITION", buffer_.AddVectors(corners)}}},
                         {"indices", lines},
                         {"mode", kLines},
@@ -165,9 +168,57 @@ void Document::AddKeyframes() {
              {"camera", keyframe.camera},
              {"mesh", first_mesh + static_cast<size_t>(keyframe.camera)},
              {"translation", JsonNumbers<Json>(world_from_cam.translation)},
-             {"rotation", RotationOf(world_from_cam.rotation * cv_from_gl)},
+             {"rotation", RotationOf(world_from_cam.rotation * kCvFromGl)},
              {"extras", {{"timestamp", keyframe.timestamp}}}});
   });
+}
+
+// That of the recording's first keyframe.
+int Document::CameraOf(size_t recording) const {
+  std::optional<int> camera;
+  saved_.map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
+    if (!camera && RecordingOf(saved_.recordings, keyframe.frame_index) == recording)
+      camera = keyframe.camera;
+  });
+  return camera.value_or(0);
+}
+
+void Document::AddAnimations() {
+  if (cameras_.empty()) return;
+  const auto trajectories = FinalTrajectories(saved_);
+  for (size_t i = 0; i < trajectories.size(); ++i) {
+    std::vector<double> times;
+    std::vector<Eigen::Vector3d> positions;
+    std::vector<Eigen::Quaterniond> rotations;
+    for (const StampedPose& pose : trajectories[i]) {
+      // Times are floats, of which two must differ.
+      const double time = pose.timestamp - trajectories[i].front().timestamp;
+      if (!times.empty() && !(static_cast<float>(time) > static_cast<float>(times.back())))
+        continue;
+      times.push_back(time);
+      positions.push_back(pose.world_from_cam.translation);
+      rotations.emplace_back(Eigen::Quaterniond(pose.world_from_cam.rotation) * kCvFromGl);
+      // The shorter way to it is the one that the camera took.
+      if (rotations.size() > 1 && rotations.back().dot(rotations[rotations.size() - 2]) < 0)
+        rotations.back().coeffs() *= -1;
+    }
+    if (times.size() < 2) continue;
+    const std::string name =
+        trajectories.size() > 1 ? "camera " + FileNameOf(saved_.recordings, i) : "camera";
+    const int input = buffer_.AddTimes(times);
+    const Json samplers = {{{"input", input}, {"output", buffer_.AddPositions(positions)}},
+                           {{"input", input}, {"output", buffer_.AddRotations(rotations)}}};
+    const auto channel = [&](int sampler, const char* path) {
+      return Json{{"sampler", sampler}, {"target", {{"node", nodes_.size()}, {"path", path}}}};
+    };
+    animations_.push_back({{"name", name},
+                           {"channels", {channel(0, "translation"), channel(1, "rotation")}},
+                           {"samplers", samplers}});
+    AddNode({{"name", name},
+             {"camera", CameraOf(i)},
+             {"translation", JsonNumbers<Json>(positions.front())},
+             {"rotation", RotationOf(rotations.front())}});
+  }
 }
 
 void Document::Save(const std::string& path) {
@@ -184,6 +235,7 @@ void Document::Save(const std::string& path) {
   set("meshes", meshes_);
   set("materials", materials_);
   set("cameras", cameras_);
+  set("animations", animations_);
   SaveGltf(path, std::move(document), buffer_);
 }
 
@@ -195,6 +247,7 @@ void ExportGltf(const std::string& path, const SavedMap& saved) {
   document.AddLandmarks();
   document.AddTrajectory();
   document.AddKeyframes();
+  document.AddAnimations();
   document.Save(path);
 }
 

@@ -48,8 +48,9 @@ void AddBuffer(GltfBuffer::Json& document, const GltfBuffer& buffer, bool inline
 int GltfBuffer::AddView(const void* data, size_t size, int target, Json accessor) {
   OASLAM_CHECK(size > 0 && bytes_.size() % 4 == 0);  // all components have four bytes
   accessor["bufferView"] = views_.size();
-  views_.push_back(
-      {{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", size}, {"target", target}});
+  Json view = {{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", size}};
+  if (target != 0) view["target"] = target;
+  views_.push_back(std::move(view));
   bytes_.append(static_cast<const char*>(data), size);
   accessors_.push_back(std::move(accessor));
   return static_cast<int>(accessors_.size()) - 1;
@@ -75,6 +76,31 @@ int GltfBuffer::AddVectors(const std::vector<Eigen::Vector3d>& vectors) {
 int GltfBuffer::AddIndices(const std::vector<uint32_t>& indices) {
   return AddView(indices.data(), indices.size() * sizeof(uint32_t), kElementArrayBuffer,
                  {{"componentType", kUnsignedInt}, {"count", indices.size()}, {"type", "SCALAR"}});
+}
+
+int GltfBuffer::AddTimes(const std::vector<double>& seconds) {
+  const std::vector<float> floats(seconds.begin(), seconds.end());
+  return AddView(floats.data(), floats.size() * sizeof(float), 0,
+                 {{"componentType", kFloat},
+                  {"count", floats.size()},
+                  {"type", "SCALAR"},
+                  {"min", {floats.front()}},
+                  {"max", {floats.back()}}});
+}
+
+int GltfBuffer::AddPositions(const std::vector<Eigen::Vector3d>& positions) {
+  std::vector<Eigen::Vector3f> floats;
+  for (const Eigen::Vector3d& v : positions) floats.emplace_back(v.cast<float>());
+  return AddView(floats.data(), floats.size() * sizeof(Eigen::Vector3f), 0,
+                 {{"componentType", kFloat}, {"count", floats.size()}, {"type", "VEC3"}});
+}
+
+int GltfBuffer::AddRotations(const std::vector<Eigen::Quaterniond>& rotations) {
+  std::vector<Eigen::Vector4f> floats;
+  for (const Eigen::Quaterniond& q : rotations)
+    floats.emplace_back(q.normalized().coeffs().cast<float>());
+  return AddView(floats.data(), floats.size() * sizeof(Eigen::Vector4f), 0,
+                 {{"componentType", kFloat}, {"count", floats.size()}, {"type", "VEC4"}});
 }
 
 std::string GlbBytes(GltfBuffer::Json document, const GltfBuffer& buffer) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -16,6 +16,11 @@ class GltfBuffer {
   // positions must have.
   int AddVectors(const std::vector<Eigen::Vector3d>& vectors);
   int AddIndices(const std::vector<uint32_t>& indices);
+  // Of an animation: its times in seconds, which must ascend as floats, and the values at them, as
+  // vectors or as quaternions (x y z w).
+  int AddTimes(const std::vector<double>& seconds);
+  int AddPositions(const std::vector<Eigen::Vector3d>& positions);
+  int AddRotations(const std::vector<Eigen::Quaterniond>& rotations);
 
   bool IsEmpty() const { return bytes_.empty(); }
   const std::string& bytes() const { return bytes_; }
@@ -23,6 +28,7 @@ class GltfBuffer {
   const Json& accessors() const { return accessors_; }
 
  private:
+  // `target`: what a renderer binds the bytes to; 0: nothing.
   int AddView(const void* data, size_t size, int target, Json accessor);
 
   std::string bytes_;

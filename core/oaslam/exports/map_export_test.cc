@@ -309,6 +309,30 @@ TEST_F(MapExport, EveryMapCanBeWritten) {
                      HasSubstr("cannot be written"));
 }
 
+// A camera follows the trajectory of each recording; poses at one time, as floats, are one.
+TEST_F(MapExport, TheCameraIsAnimated) {
+  SavedMap saved = ExactMap({kCamera});
+  saved.trajectory.clear();
+  ExportGltf(folder / "a.gltf", saved);
+  const auto gltf = nlohmann::json::parse(folder.Read("a.gltf"));
+  const auto poses = FinalTrajectories(saved).at(0);
+  ASSERT_EQ(gltf["animations"].size(), 1U);
+  const auto& animation = gltf["animations"][0];
+  const auto& times = gltf["accessors"][animation["samplers"][0]["input"].get<size_t>()];
+  EXPECT_EQ(times["count"], poses.size());
+  EXPECT_EQ(times["min"][0], 0);
+  EXPECT_NEAR(times["max"][0], poses.back().timestamp - poses.front().timestamp, 1e-4);
+  const auto& node = gltf["nodes"][animation["channels"][1]["target"]["node"].get<size_t>()];
+  EXPECT_EQ(node["name"], "camera");
+  EXPECT_TRUE(node.contains("camera"));
+  // Nothing of an animation is bound by a renderer.
+  for (const auto& sampler : animation["samplers"])
+    for (const char* key : {"input", "output"}) {
+      const auto& accessor = gltf["accessors"][sampler[key].get<size_t>()];
+      EXPECT_FALSE(gltf["bufferViews"][accessor["bufferView"].get<size_t>()].contains("target"));
+    }
+}
+
 TEST(MapScene, TheSphereIsClosedAndFacesOutwards) {
   const TriangleMesh sphere = UnitSphere();
   EXPECT_EQ(sphere.vertices.size() - 3 * sphere.triangles.size() / 2 + sphere.triangles.size(),
