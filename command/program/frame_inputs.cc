@@ -31,6 +31,7 @@ SideInputs::SideInputs(const SideFiles& files, const std::string& camera,
     : detections_path(files.detections), detector(LoadDetector(detector_settings)) {
   if (!files.detections.empty()) {
     DetectionFile file = LoadDetectionsFor(files.detections, common);
+    in_shares = file.in_shares;
     detections = DetectionTable(std::move(file.images));
     categories = std::move(file.categories);
   }
@@ -80,7 +81,12 @@ FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOp
   // A camera that begins in a given map is lost until it is found.
   if (sources.in_map) lost_since_s_ = first->timestamp;
   const cv::Size size = images_->size();
-  CheckImageSize(size, sources.images);
+  CheckImage(first->image, sources.images);
+  if (side_.in_shares) {
+    DetectionFile file{.images = side_.detections.images(), .in_shares = true};
+    ConvertShares(size.width, size.height, file);
+    side_.detections = DetectionTable(std::move(file.images));
+  }
   const bool is_auto = IsAutoCamera(sources.camera);
   camera_ = sources.known_camera ? *sources.known_camera
                                  : LoadCamera(is_auto ? "fov:65" : sources.camera, size);

@@ -56,6 +56,7 @@ struct SideInputs {
              const DetectorSettings& detector_settings, const CommonOptions& common);
 
   DetectionTable detections;
+  bool in_shares = false;  // its boxes are shares of the image's sides
   std::string detections_path;
   ClassNames categories;  // of the detections, if these have classes of their own
   GravityTrack gravity;

@@ -333,6 +333,7 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
     throw InputError("localize: --camera auto needs --images; give a calibration");
   const Camera camera = LoadCamera(options.camera, {0, 0});
   DetectionFile detections = LoadDetectionsFor(options.side.detections, options.common);
+  ConvertShares(camera.width, camera.height, detections);
   CheckNames(detections, options.side.detections);
   auto images = SelectTimedDetections(DetectionTable(std::move(detections.images)),
                                       options.side.detections, options.common);
@@ -414,8 +415,9 @@ void AddLocalizeCommand(CLI::App& app) {
   command->add_option("--camera", options->camera,
                       "calibration file, fov:DEGREES for a guess, or auto (default): that of the "
                       "map, or found by its points");
-  auto* detections = command->add_option("--detections", options->side.detections,
-                                         "JSON with the boxes of all images");
+  auto* detections =
+      command->add_option("--detections", options->side.detections,
+                          "the boxes of all images: JSON, CSV, or a folder of YOLO's texts");
   AddDetectorOptions(*command, options->detector)->excludes(detections);
   AddDetectEveryOption(*command, options->detector);
   command->add_option("--out", options->out, "folder for the results; by default beside PATH");

@@ -108,9 +108,10 @@ void MapObjects(const Options& options) {
   const Stopwatch watch;
   const SlamConfig config = LoadConfiguration(options.common);
   DetectionFile detections = LoadDetectionsFor(options.detections, options.common);
-  CheckNames(detections, options.detections);
   const Classes classes = ClassesFor(options.common, nullptr, detections.categories);
   const Camera camera = LoadCamera(options.camera, {0, 0});
+  ConvertShares(camera.width, camera.height, detections);
+  CheckNames(detections, options.detections);
   const std::vector<PosedDetections> frames =
       PoseDetections(options, camera, std::move(detections.images));
   const OutputFolder folder(options.out);

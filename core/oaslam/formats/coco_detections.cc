@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "oaslam/formats/detection_entry.h"
+#include "oaslam/formats/rotated_box.h"
 
 namespace oaslam {
 namespace {
@@ -79,6 +80,16 @@ std::string NameOfImage(const Json& result, const std::optional<ImageList>& list
   return list->at(id.get<int64_t>());
 }
 
+// The angle by which CVAT's box is rotated about its centre, which it writes as an attribute.
+double RotationOf(const Json& result, const JsonPlace& place) {
+  const auto attributes = result.find("attributes");
+  if (attributes == result.end() || !attributes->is_object()) return 0;
+  const auto rotation = attributes->find("rotation");
+  return rotation == attributes->end() || !rotation->is_number()
+             ? 0
+             : place.Number(*rotation, "attributes.rotation");
+}
+
 DetectionFile ReadResults(const Json& results, std::optional<ImageList> list, ClassNames categories,
                           const std::string& path) {
   DetectionFile file{{}, std::move(categories), true};
@@ -110,7 +121,9 @@ DetectionFile ReadResults(const Json& results, std::optional<ImageList> list, Cl
       detection.score =
           results[i].contains("score") ? ReadScore(results[i]["score"], "score", named) : 1.0;
       const auto [x, y, width, height] = named.Numbers<4>(named.Member(results[i], "bbox"), "bbox");
-      detection.box = CheckedBox({x, y, x + width, y + height}, named);
+      const Box box{x, y, x + width, y + height};
+      detection.box =
+          CheckedBox(RotatedHull(box, RotationOf(results[i], named), box.Center()), named);
       image.detections.push_back(detection);
     });
   }

@@ -10,6 +10,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "oaslam/formats/annotations.h"
 #include "oaslam/formats/coco_detections.h"
 #include "oaslam/formats/detection_entry.h"
 #include "oaslam/formats/detection_input.h"
@@ -46,13 +47,28 @@ std::vector<ImageDetections> ReadOwn(const Json& root, const std::string& path) 
   return images;
 }
 
-DetectionFile ReadAny(const Json& root, const std::string& path) {
+DetectionFile ReadJson(const Json& root, const std::string& path) {
+  if (IsLabelme(root)) return ReadLabelme(root, path);
+  if (IsLabelStudio(root)) return ReadLabelStudio(root, path);
   const bool is_list = root.is_array();
-  if (!is_list && !root.is_object())
-    throw BadInput("{}: expected a list of images with detections", path);
-  const bool is_coco =
-      !is_list || (!root.empty() && root[0].is_object() && root[0].contains("image_id"));
-  return is_coco ? ReadCoco(root, path) : DetectionFile{ReadOwn(root, path)};
+  if (is_list && (root.empty() || !root[0].is_object() || !root[0].contains("image_id")))
+    return DetectionFile{ReadOwn(root, path)};
+  if (!is_list && !(root.is_object() && root.contains("images")))
+    throw BadInput(
+        "{}: expected a list of images with detections, or boxes of COCO, labelme or Label Studio; "
+        "from other tools export COCO",
+        path);
+  return ReadCoco(root, path);
+}
+
+DetectionFile ReadAny(const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) return ReadDetectionFolder(path);
+  if (LowerExtension(path) == ".csv") return ReadDetectionCsv(path);
+  if (LowerExtension(path) == ".xml")
+    throw BadInput(
+        "{}: XML, as of CVAT or Pascal VOC, is not read: export COCO (in CVAT: COCO 1.0)", path);
+  return ReadJson(ParseDetections(path), path);
 }
 
 // Of a score, or of a pixel.
@@ -127,7 +143,7 @@ const std::vector<Detection>& DetectionTable::Find(const std::string& image_name
 }
 
 DetectionFile ReadDetectionFile(const std::string& path) {
-  DetectionFile file = ReadAny(ParseDetections(path), path);
+  DetectionFile file = ReadAny(path);
   std::set<std::string> seen;
   for (const ImageDetections& image : file.images)
     if (!seen.insert(image.file_name).second)
@@ -135,7 +151,21 @@ DetectionFile ReadDetectionFile(const std::string& path) {
   return file;
 }
 
+void ConvertShares(int width, int height, DetectionFile& file) {
+  if (!std::exchange(file.in_shares, false)) return;
+  for (ImageDetections& image : file.images)
+    for (Detection& detection : image.detections) {
+      Box& box = detection.box;
+      box = {box.x1 * width, box.y1 * height, box.x2 * width, box.y2 * height};
+    }
+}
+
 void CheckNames(const DetectionFile& file, const std::string& path) {
+  if (file.in_shares)
+    throw BadInput(
+        "{}: its boxes are shares of the image's width and height (YOLO): they need the images, or "
+        "convert them to COCO",
+        path);
   if (file.has_numbers_for_names)
     throw BadInput(
         "{}: names images by number; put their list {{\"images\": [{{\"id\", "

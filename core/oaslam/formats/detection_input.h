@@ -15,13 +15,16 @@ struct DetectionFile {
   // The file identifies images by numbers, and has no list of their names; MatchedToImages may find
   // the names.
   bool has_numbers_for_names = false;
+  bool in_shares = false;  // boxes are shares of the image's width and height, as YOLO's are
 };
 
 // Reads the files that LoadDetections reads. The result tells what is ambiguous in the file;
 // LoadDetections logs it. Throws InputError.
 DetectionFile ReadDetectionFile(const std::string& path);
+// Converts boxes that are shares to pixels of images of this size.
+void ConvertShares(int width, int height, DetectionFile& file);
 // For use without images: throws InputError where only the images could tell the names
-// (has_numbers_for_names).
+// (has_numbers_for_names), or the pixels of boxes (in_shares).
 void CheckNames(const DetectionFile& file, const std::string& path);
 
 // Whether the paths of two images may be those of files in one folder: one folder is the end of the
