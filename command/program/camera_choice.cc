@@ -13,9 +13,11 @@
 #include "oaslam/camera_file.h"
 #include "oaslam/image_source.h"
 #include "oaslam/images/camera_source.h"
+#include "oaslam/images/panorama.h"
 #include "oaslam/map/camera_replacement.h"
 #include "oaslam/objects/object_mapper.h"
 #include "oaslam/util/bad_input.h"
+#include "oaslam/util/uri.h"
 #include "readable_images.h"
 
 namespace oaslam::apps {
@@ -95,6 +97,16 @@ void CheckImageSize(const cv::Size& size, const std::string& source) {
                    size.width, size.height, kLeast);
 }
 
+void CheckImage(const cv::Mat& image, const std::string& source) {
+  CheckImageSize(image.size(), source);
+  if (IsPanorama(image))
+    throw BadInput(
+        "{}: is a panorama of 360 degrees (2:1, its left and right edges meet): cut it into views "
+        "of a camera first, such as ffmpeg -i IN -vf "
+        "v360=e:flat:h_fov=90:v_fov=90:w={}:h={}:yaw=0 OUT",
+        WithoutPassword(source), image.cols / 4, image.cols / 4);
+}
+
 CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string& images,
                               const std::optional<Camera>& known, const cv::Mat& mask,
                               const SlamConfig& config, const CommonOptions& common) {
@@ -108,7 +120,7 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
   std::optional<InputImage> image = source.Next();
   if (!image && Interrupted()) return {};
   if (!image) throw source.NoneReadable(images);
-  CheckImageSize(image->image.size(), images);
+  CheckImage(image->image, images);
   CameraEstimationOptions options{.mask = mask};
   if (!settings.IsAuto())
     options.start = LoadCamera(settings.camera, image->image.size());

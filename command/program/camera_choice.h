@@ -28,6 +28,8 @@ void AddCameraOptions(CLI::App& app, CameraSettings& settings);
 
 // Throws InputError where images are too small for a neighbourhood of a point to lie in them.
 void CheckImageSize(const cv::Size& size, const std::string& source);
+// Also refuses a panorama, which no camera model fits. Throws InputError.
+void CheckImage(const cv::Mat& image, const std::string& source);
 
 // Estimates the camera of a source from its images, from as many parts of it as are needed; of a
 // live source, from its first seconds. `known` is the start value if nothing better is given, such
