@@ -4,23 +4,26 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 
 #include "camera_choice.h"
 #include "oaslam/formats/imu_file.h"
+#include "oaslam/formats/time_unit.h"
 #include "oaslam/images/camera_source.h"
 #include "oaslam/images/dataset.h"
+#include "oaslam/images/image_list.h"
 #include "oaslam/util/bad_input.h"
 
 namespace oaslam::apps {
 namespace {
 
-std::optional<Dataset> FindQuietly(const std::string& folder, const CommonOptions& common) {
-  if (folder.empty() || IsCamera(folder)) return std::nullopt;
+// Who reads the images says what there is to say of them.
+ImageSourceOptions Quietly(const CommonOptions& common) {
   ImageSourceOptions options = FrameRange(common);
-  options.quiet = true;  // who reads the images says it
-  return FindDataset(folder, options);
+  options.quiet = true;
+  return options;
 }
 
 // Whether a calibration tells how the camera lies to the gyroscope.
@@ -28,10 +31,37 @@ bool KnowsGyroscope(const std::string& camera) {
   return !IsAutoCamera(camera) && LoadCameraFromImu(camera).has_value();
 }
 
+// The poses at the times of the images to which they belong by name.
+std::vector<StampedPose> AtTimes(const std::vector<NamedPose>& poses, const std::string& path,
+                                 const CommonOptions& common, const std::string& source) {
+  const auto images =
+      source.empty() ? std::vector<ListedImage>() : TimesOfImages(source, Quietly(common));
+  std::string problem = "give the images of what is compared with it (--images), or a map file";
+  if (!images.empty()) {
+    try {
+      return AtTimesOf(images, poses, path);
+    } catch (const InputError& error) {
+      problem = error.what();
+    }
+  }
+  std::vector<std::string> names;
+  for (const NamedPose& pose : poses) names.push_back(pose.name);
+  const auto times = TimesOfNames(names);
+  if (!times && images.empty())
+    throw BadInput("{}: its poses have names of images, and no times: {}", path, problem);
+  if (!times) throw InputError(problem);
+  std::vector<StampedPose> found;
+  for (size_t i = 0; i < poses.size(); ++i)
+    found.push_back({times->seconds[i], poses[i].world_from_cam});
+  std::ranges::sort(found, {}, &StampedPose::timestamp);
+  return found;
+}
+
 }  // namespace
 
 void TakeDataset(const std::string& images, const CommonOptions& common, const FromDataset& into) {
-  const std::optional<Dataset> dataset = FindQuietly(images, common);
+  if (images.empty() || IsCamera(images)) return;
+  const std::optional<Dataset> dataset = FindDataset(images, Quietly(common));
   if (!dataset) return;
   std::vector<std::string> taken = {dataset->film.empty()
                                         ? fmt::format("{} images", dataset->images.size())
@@ -56,18 +86,21 @@ void TakeDataset(const std::string& images, const CommonOptions& common, const F
   spdlog::info("{}: taken for {} (--dataset): {}", images, dataset->layout, fmt::join(taken, ", "));
 }
 
-std::vector<StampedPose> LoadGroundtruth(const std::string& path, const CommonOptions& common) {
+std::vector<StampedPose> LoadGroundtruth(const std::string& path, const CommonOptions& common,
+                                         const std::string& images) {
   std::error_code error;
   if (!std::filesystem::is_directory(path, error)) return LoadTrajectory(path);
   CommonOptions any = common;
   any.dataset.clear();
   any.follow_s.reset();
-  const std::optional<Dataset> dataset = FindQuietly(path, any);
+  const std::optional<Dataset> dataset = FindTruth(path, Quietly(any));
   if (!dataset || !dataset->truth)
     throw BadInput(
         "{}: is a folder {}; give the file of the ground truth", path,
         dataset ? "of " + dataset->layout + " without a ground truth" : "in no known layout");
-  return dataset->truth();
+  // A rate that is given without images is that of the images in the folder.
+  if (!dataset->named_truth || (images.empty() && common.fps)) return dataset->truth();
+  return AtTimes(dataset->named_truth(), path, common, images);
 }
 
 }  // namespace oaslam::apps

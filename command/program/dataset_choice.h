@@ -20,7 +20,10 @@ struct FromDataset {
 // Throws InputError.
 void TakeDataset(const std::string& images, const CommonOptions& common, const FromDataset& into);
 
-// A ground truth: a trajectory file, or a folder in the layout of a dataset. Throws InputError.
-std::vector<StampedPose> LoadGroundtruth(const std::string& path, const CommonOptions& common);
+// A ground truth: a trajectory file, or a folder in the layout of a dataset. Where that has names
+// of images without times, they are matched with the names of `images`, the source of what is
+// compared with it (empty: not known). Throws InputError.
+std::vector<StampedPose> LoadGroundtruth(const std::string& path, const CommonOptions& common,
+                                         const std::string& images);
 
 }  // namespace oaslam::apps

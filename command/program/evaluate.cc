@@ -3,6 +3,7 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "commands.h"
 #include "common.h"
@@ -13,6 +14,7 @@
 #include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/exports/map_scene.h"
 #include "oaslam/formats/table_file.h"
+#include "oaslam/formats/text.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 #include "recording_choice.h"
@@ -24,7 +26,7 @@ namespace fs = std::filesystem;
 
 struct EvaluateOptions {
   CommonOptions common;
-  std::string estimate, groundtruth, align = "sim3", plot, recording;
+  std::string estimate, groundtruth, align = "sim3", plot, recording, images;
   std::vector<std::string> groundtruths;  // of the recordings of a map
   std::vector<std::string> poses;
   std::vector<std::string> map_trajectories;
@@ -68,12 +70,26 @@ void PrintConsistency(const std::string& frames, const TrajectoryReport& report)
 struct Estimate {
   std::string name;  // in messages
   std::vector<StampedPose> poses;
+  std::string images;  // from which it was made; empty: not known
 };
+
+// The images of a run, as the summary.json beside its trajectory names them; empty where there is
+// none, or they are not there any more.
+std::string ImagesBeside(const std::string& trajectory) {
+  const fs::path summary = fs::path(trajectory).parent_path() / "summary.json";
+  std::error_code error;
+  if (!fs::exists(summary, error)) return "";
+  const auto root = nlohmann::json::parse(ReadTextFile(summary.string()), nullptr, false);
+  if (!root.is_object() || !root.contains("images") || !root["images"].is_string()) return "";
+  const std::string images = root["images"].get<std::string>();
+  return fs::exists(images, error) ? images : "";
+}
 
 void Evaluate(const EvaluateOptions& o, const Estimate& estimated,
               const std::string& groundtruth_path) {
   const std::vector<StampedPose>& estimate = estimated.poses;
-  const auto groundtruth = LoadGroundtruth(groundtruth_path, o.common);
+  const auto groundtruth =
+      LoadGroundtruth(groundtruth_path, o.common, o.images.empty() ? estimated.images : o.images);
   const TrajectoryReport report = EvaluateTrajectory(groundtruth, estimate, ParseAlign(o.align));
   if (!report.success) throw BadInput("{}: {}", estimated.name, report.why_not);
   const double scale = report.reference_from_estimate.scale;
@@ -120,7 +136,7 @@ std::vector<Estimate> LoadEstimates(const EvaluateOptions& o) {
     if (!o.recording.empty()) throw InputError(o.estimate + ": --recording is for map files");
     std::vector<StampedPose> poses = LoadTrajectory(o.estimate);
     WarnOfRepeatedTimes(o.estimate, poses);
-    return {{o.estimate, std::move(poses)}};
+    return {{o.estimate, std::move(poses), ImagesBeside(o.estimate)}};
   }
   const SavedMap saved = LoadMap(o.estimate);
   const auto trajectories = FinalTrajectories(saved);
@@ -129,7 +145,7 @@ std::vector<Estimate> LoadEstimates(const EvaluateOptions& o) {
     if (o.recording.empty() || FindRecording(saved.recordings, o.recording) == i)
       estimates.push_back(
           {fmt::format("{}, recording {}", o.estimate, Describe(saved.recordings, i)),
-           trajectories[i]});
+           trajectories[i], i < saved.recordings.size() ? saved.recordings[i].images : ""});
   return estimates;
 }
 
@@ -151,8 +167,9 @@ void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
 // The alignment of the map in whose frame `map_trajectory` is, to the frame of the ground truth.
 Alignment AlignMap(const EvaluateOptions& o, const std::string& map_trajectory) {
   const std::string& groundtruth = o.map_groundtruth.empty() ? o.groundtruth : o.map_groundtruth;
-  const TrajectoryReport report = EvaluateTrajectory(
-      LoadGroundtruth(groundtruth, o.common), LoadTrajectory(map_trajectory), ParseAlign(o.align));
+  const TrajectoryReport report =
+      EvaluateTrajectory(LoadGroundtruth(groundtruth, o.common, ImagesBeside(map_trajectory)),
+                         LoadTrajectory(map_trajectory), ParseAlign(o.align));
   if (!report.success) throw BadInput("{}: {}", map_trajectory, report.why_not);
   return report.reference_from_estimate;
 }
@@ -212,7 +229,8 @@ std::vector<Alignment> AlignMaps(const EvaluateOptions& o) {
 
 void EvaluateRelocalizationCommand(const EvaluateOptions& o) {
   const std::vector<Alignment> alignments = AlignMaps(o);
-  const auto groundtruth = LoadGroundtruth(o.groundtruth, o.common);
+  const auto groundtruth = LoadGroundtruth(
+      o.groundtruth, o.common, o.images.empty() ? ImagesBeside(o.poses.front()) : o.images);
   std::vector<RelocalizationErrors> curves;
   for (size_t i = 0; i < o.poses.size(); ++i) {
     const auto poses = LoadTrajectory(o.poses[i]);
@@ -299,6 +317,11 @@ void AddEvaluateCommand(CLI::App& app) {
       ->required();
   for (CLI::App* command : {relocalization, objects})
     command->add_option("--groundtruth", o.groundtruth, "Ground truth (TUM format)")->required();
+  for (CLI::App* command : {trajectory, relocalization})
+    command->add_option("--images", o.images,
+                        "The images of the estimate, where the ground truth names its images and "
+                        "has no times (COLMAP, Nerfstudio); by default those that the map or the "
+                        "folder of the run names");
   for (CLI::App* command : {trajectory, relocalization, objects}) {
     AddAlign(*command, o);
     command->add_option(

@@ -345,7 +345,7 @@ void Run(const RunOptions& given) {
   if (is_live) spdlog::info("live: images that come too late are dropped");
   std::vector<StampedPose> groundtruth;
   if (!options.groundtruth.empty())
-    groundtruth = LoadGroundtruth(options.groundtruth, options.common);
+    groundtruth = LoadGroundtruth(options.groundtruth, options.common, options.images);
   TakeDataset(options.images, options.common,
               {&options.camera.camera, &options.side.imu, &groundtruth});
 
@@ -432,8 +432,9 @@ void AddRunCommand(CLI::App& app, std::shared_ptr<RunView> view) {
   AddPlainForm(*command, options->plain, images);
   AddCameraOptions(*command, options->camera);
   AddMaskOption(*command, options->mask);
-  auto* detections = command->add_option("--detections", options->side.detections,
-                                         "JSON with the boxes of all images");
+  auto* detections =
+      command->add_option("--detections", options->side.detections,
+                          "the boxes of all images: JSON, CSV, or a folder of YOLO's texts");
   AddDetectorOptions(*command, options->detector)->excludes(detections);
   AddDetectEveryOption(*command, options->detector);
   command->add_option("--out", options->out, "folder for the results; by default beside PATH");

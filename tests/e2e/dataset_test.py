@@ -131,6 +131,48 @@ class TestDatasets(harness.InFolder):
             assert "estimating its focal length" not in done.err
             assert ate(must_run("evaluate", "trajectory", f"{out}/trajectory.txt", folder).out) < 0.03
 
+    def test_apps_with_a_file_for_each_image(self):
+        fx, fy, cx, cy = INTRINSICS
+        flip = np.diag([1, -1, -1, 1])
+        self.link(lambda i: f"scanner/frame_{i:05d}.jpg")
+        self.link(lambda i: f"scanner/depth_{i:05d}.png")
+        self.link(lambda i: f"poly/keyframes/images/{170_000_000_000 + i * 33_333}.jpg")
+        for i in range(COUNT):
+            pose = self.matrix(i) @ flip
+            self.write(f"scanner/frame_{i:05d}.json", json.dumps({"cameraPoseARFrame": list(pose.ravel()), "intrinsics": [fx, 0, cx, 0, fy, cy, 0, 0, 1], "time": 5000 + i / 30}))
+            self.write(f"poly/keyframes/cameras/{170_000_000_000 + i * 33_333}.json", json.dumps(
+                {"fx": fx, "fy": fy, "cx": cx, "cy": cy, "width": 640, "height": 480} | {f"t_{r}{c}": pose[r, c] for r in range(3) for c in range(4)}))
+        for name, layout, start in (("scanner", "3D-Scanner-App", 5000), ("poly", "Polycam", 170_000)):
+            folder, out = self.path(name), self.path(f"{name}_out")
+            done = must_run("run", "--images", folder, "--to", 100, "--out", out)
+            assert f"taken for {layout} (--dataset): {COUNT} images, camera {folder}/" in done.err and f"{COUNT} true poses" in done.err, done
+            assert float(harness.read_csv(f"{out}/frames.csv")[0]["timestamp"]) == pytest.approx(start)
+            assert ate(must_run("evaluate", "trajectory", f"{out}/trajectory.txt", folder).out) < 0.03
+
+    def test_a_clock_that_is_set_back(self):
+        times = [1000 + i / 30 - (10 if i >= 60 else 0) for i in range(120)]
+        source = self.write("back.txt", "".join(f"{t:.6f} images/{name}\n" for t, name in zip(times, self.names)))
+        done = must_run("run", "--images", source, "--out", self.path("back_out"))
+        assert done.err.count("back.txt:61: ") == 1 and "skipped" not in done.err, done
+        frames = harness.read_csv(self.path("back_out/frames.csv"))
+        assert len(frames) == 120 and float(frames[-1]["timestamp"]) == pytest.approx(1000 + 119 / 30, abs=1e-4)
+
+    def test_boxes_of_yolo_are_pixels_of_the_images(self):
+        boxes = harness.read_json(harness.clip("map_front")[5])
+        for i, image in enumerate(boxes[:60]):
+            lines = []
+            for d in image["detections"]:
+                x1, y1, x2, y2 = d["bbox"]
+                lines.append(f"{d['category_id']} {(x1 + x2) / 1280} {(y1 + y2) / 960} {(x2 - x1) / 640} {(y2 - y1) / 480} {d['detection_score']}\n")
+            self.write(f"yolo/labels/{os.path.splitext(image['file_name'])[0]}.txt", "".join(lines))
+        camera, video = harness.clip("map_front")[3], harness.clip("map_front")[1]
+        for name, detections in (("own", harness.clip("map_front")[5]), ("shares", self.path("yolo"))):
+            must_run("run", "--images", video, "--camera", camera, "--detections", detections, "--to", 60, "--out", self.path(name), "--quiet")
+        own, shares = (harness.read_json(self.path(f"{name}/objects.json")) for name in ("own", "shares"))
+        assert len(own) == len(shares) > 2
+        for a, b in zip(own, shares):
+            assert a["category"] == b["category"] and a["center"] == pytest.approx(b["center"], abs=0.02)
+
     def test_what_is_wrong_is_named(self):
         broken = self.kitti("broken")
         self.write("broken/times.txt", "0\n0.1\n")

@@ -18,7 +18,7 @@ struct FuzzedDataset {
 };
 
 constexpr const char* kPixels = "P5\n1 1\n255\n1";
-const std::array<FuzzedDataset, 13> kDatasets = {{
+const std::array<FuzzedDataset, 17> kDatasets = {{
     {"mav0/cam0/data.csv", {}},
     {"mav0/state_groundtruth_estimate0/data.csv",
      {{"mav0/cam0/data.csv", "#[ns]\n1403636579763555584,a.pgm\n"}}},
@@ -37,6 +37,10 @@ const std::array<FuzzedDataset, 13> kDatasets = {{
     {"sparse/0/cameras.bin", {{"images/0.png", kPixels}}},
     {"odometry.csv", {{"rgb.mp4", ""}, {"camera_matrix.csv", ""}}},
     {"livingRoom0.gt.freiburg", {{"rgb/0.png", kPixels}, {"associations.txt", ""}}},
+    {"frame_00000.json", {{"frame_00000.jpg", kPixels}, {"depth_00000.png", kPixels}}},
+    {"keyframes/cameras/0.json", {{"keyframes/images/0.jpg", kPixels}}},
+    {"images.txt", {{"images/0.png", kPixels}, {"cameras.txt", "1 PINHOLE 9 9 9 9 4 4\n"}}},
+    {"images.bin", {{"cameras.bin", ""}}},
 }};
 
 const TempFolder& FolderOf(size_t i) {
@@ -67,9 +71,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const TempFolder& folder = FolderOf(which);
   folder.Write(kDatasets[which].file, text);
   return fuzz::Try([&] {
-    const auto found = FindDataset(folder.path(), {.quiet = true});
+    const auto found = FindTruth(folder.path(), {.quiet = true});
     if (!found) return;
     if (!found->camera.empty()) fuzz::Try([&] { LoadCamera(found->camera, {640, 480}); });
     if (found->truth) found->truth();
+    if (found->named_truth) AtTimesOf(found->images, found->named_truth(), folder.path());
   });
 }

@@ -70,7 +70,11 @@ DETECTIONS = [
     [{"image_id": "7.png", "category_id": 1, "score": 0.5, "bbox": [1, 2, 3, 4]}],
     {"images": [{"id": 7, "file_name": "7.png"}], "categories": [{"id": 1, "name": "cup"}],
      "annotations": [{"image_id": 7, "category_id": 1, "bbox": [1, 2, 3, 4]}]},
-    [{"image_id": 1, "file_name": "clip_1.jpg", "category_id": 90, "score": 0.5, "bbox": [1, 2, 3, 4]}],
+    [{"image_id": 1, "file_name": "clip_1.jpg", "category_id": 90, "score": 0.5, "bbox": [1, 2, 3, 4], "attributes": {"rotation": 30}}],
+    {"imagePath": "..\\7.png", "shapes": [{"label": "cup", "shape_type": "circle", "points": [[9, 9], [5, 9]]}, {"label": "a", "points": [[1, 2], [3, 4], [5, 1]]}]},
+    [{"data": {"image": "/data/upload/1a2b3c4d-7.png"}, "annotations": [{"result": [{"original_width": 640, "original_height": 480, "value": {
+        "x": 10, "y": 20, "width": 30, "height": 40, "rotation": 45, "rectanglelabels": ["cup"]}}]}]}],
+    [{"image": "7.png", "label": [{"original_width": 640, "original_height": 480, "points": [[1, 2], [3, 4]], "polygonlabels": ["cup"]}]}],
 ]
 SETTINGS = ["features:\n  count: 500\n  resolution: 320\nobjects:\n  min_score: 0.4\n", "features.count=200"]
 CLASSES = ["names: {0: person, 100: head, 101: statue}\nparts: {head: statue}\nmovable: [person]\n",
@@ -160,6 +164,9 @@ def datasets():
              json.dumps({"fl_x": 500, "frames": [{"file_path": "./images/0", "transform_matrix": [[1, 0, 0, 4], [0, 1, 0, 5], [0, 0, 1, 6], [0, 0, 0, 1]]}]}),
              "1 1 0 0 0 4 5 6 1 0.png\n1 2 3\n", image, struct.pack("<QIIQQ4d", 1, 1, 1, 640, 480, 500, 500, 320, 240),
              "timestamp, frame, x, y, z, qx, qy, qz, qw\n7.5, 000000, 1, 2, 3, 0, 0, 0, 1\n", "0 4 5 6 0 0 0 1\n",
+             json.dumps({"intrinsics": [9, 0, 4, 0, 9, 4, 0, 0, 1], "cameraPoseARFrame": [1, 0, 0, 4, 0, 1, 0, 5, 0, 0, 1, 6, 0, 0, 0, 1], "time": 1.5}),
+             json.dumps({"fx": 9, "fy": 9, "cx": 4, "cy": 4, "width": 640, "height": 480} | {f"t_{r}{c}": int(r == c) for r in range(3) for c in range(4)}),
+             "1 1 0 0 0 4 5 6 1 0.png\n1 2 3\n", image,
              struct.pack("<2sHIHHHII", b"II", 42, 8, 1, 262, 3, 1, 32803), b"\0\0\0\x18ftypheic\0\0\0\0mif1heic\0\0\0\x08meta"]
     return [bytes([i]) + (text if isinstance(text, bytes) else text.encode()) for i, text in enumerate(texts)]
 
@@ -168,11 +175,13 @@ def seeds():
     glb_text, glb = triangle()
     return {
         "map": [b"\0" + bytes(range(1, 60)), b"\0" + b"\xff\x03" * 30],
-        "detections": [json.dumps(d).encode() for d in DETECTIONS],
+        "detections": [json.dumps(d).encode() for d in DETECTIONS] + [
+            b"filename,width,height,class,xmin,ymin,xmax,ymax,score\n7.png,640,480,cup,1,2,3,4,0.5\n", b"41 0.5 0.5 0.25 0.5 0.9 3\n0 .1 .1 .1 .1\n"],
         "calibration": [bytes([kind]) + text.encode() for kind, texts in CAMERAS.items() for text in texts],
         "imu": [b"#timestamp [ns],w_x,w_y,w_z\n1000000000,0.1,-2,3e-1,9.8\n1005000000,0,0,0\n", b"T_BS: [0, 0, 1, 0, -1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 1]\n"],
         "list": [b"# time path\n0.5 rgb/a.png\n0.6,rgb/b.png\n", b"1500000000.1.png\n1500000000.033333.png\n",
-                 b"0.5 rgb/a.png 0.5 depth/a.png\n", b"#timestamp [ns],filename\n1403636579763555584,a.png\n"],
+                 b"0.5 rgb/a.png 0.5 depth/a.png\n", b"#timestamp [ns],filename\n1403636579763555584,a.png\n",
+                 "".join(f"{100 + i - 50 * (i > 5)} a.png\n" for i in range(12)).encode()],
         "trajectory": [b"# time x y z qx qy qz qw\n0.5 1 2 3 0 0 0 1\n1.5 1 2 3 0 0 1 0 0.9\n",
                        b"#timestamp [ns],p_x,p_y,p_z,q_w,q_x,q_y,q_z\n1403636579763555584,1,2,3,1,0,0,0\n",
                        b"1 0 0 1 0 1 0 2 0 0 1 3\n", b"\xff\xfe0\0 \0" + "1 2 3 0 0 0 1\n".encode("utf-16-le")],

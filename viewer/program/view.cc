@@ -208,14 +208,22 @@ std::vector<std::unique_ptr<ImageSource>> OpenPictures(const ViewOptions& option
   return images;
 }
 
+// The images whose trajectory a ground truth is of; empty: not known.
+std::string ImagesOf(const ViewOptions& options, const SavedRun& run) {
+  if (!options.images.empty()) return options.images.back();
+  if (!run.images.empty() || run.saved.recordings.empty()) return run.images;
+  return run.saved.recordings.back().images;
+}
+
 void View(const ViewOptions& options) {
   std::error_code error;
   if (!std::filesystem::exists(options.path, error))
     throw BadInput("{}: there is no such file or folder", options.path);
   const SavedRun run = LoadSavedRun(options.path, options.map, options.submap);
   const std::vector<StampedPose> groundtruth =
-      options.groundtruth.empty() ? std::vector<StampedPose>{}
-                                  : LoadGroundtruth(options.groundtruth, options.common);
+      options.groundtruth.empty()
+          ? std::vector<StampedPose>{}
+          : LoadGroundtruth(options.groundtruth, options.common, ImagesOf(options, run));
   ImageSourceOptions range = FrameRange(options.common);
   range.color = true;
   const std::vector<std::unique_ptr<ImageSource>> images =

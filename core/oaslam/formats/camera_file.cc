@@ -67,18 +67,20 @@ Camera ReadCameraFile(const std::string& path, const cv::Size& image_size) {
   constexpr size_t kHead = 4096;
   if (!LooksLikeText(std::string_view(text).substr(0, kHead)) || !IsMapping(text))
     ThrowNoCalibration(path);
-  const CameraReader reader{path, ParseCameraFile(text, path), image_size};
+  const CameraReader reader{path, ParseCameraFile(text, path, image_size), image_size};
   if (const auto camera = OrbSlamKeys(reader)) return ReadOrbSlamKind(*camera);
   if (const auto cam0 = reader.Find({"cam0"}); cam0 && cam0->second.IsMap())
     return ReadKalibrKind(reader.Below("cam0"));
   if (const auto cameras = reader.Find({"cameras"}); cameras && cameras->second.IsSequence())
     return ReadOkvisKind(reader);
+  if (reader.Find({"cameraPoseARFrame"})) return ReadScannerAppKind(reader);
   if (reader.Find({"intrinsics"})) return ReadKalibrKind(reader);
   if (reader.Find({"model_type"})) return ReadVinsKind(reader);
   if (reader.Find({"fl_x", "camera_angle_x"})) return ReadNerfstudioKind(reader);
   if (reader.Find({"K"}) && reader.Find({"w"})) return ReadRecord3dKind(reader);
   if (reader.Find({"P0", "P2"})) return ReadKittiKind(reader);
   if (HasCameraMatrix(reader)) return ReadMatrixKind(reader);
+  if (reader.Find({"fx"}) && reader.Find({"width"})) return ReadPolycamKind(reader);
   if (const auto other = reader.Find({"cam0_calib"}))
     throw BadInput("{}: names the calibration {}; give that file", path, TextOfNode(other->second));
   ThrowNoCalibration(path);

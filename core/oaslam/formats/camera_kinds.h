@@ -27,6 +27,10 @@ Camera ReadOkvisKind(const CameraReader& reader);
 Camera ReadNerfstudioKind(const CameraReader& reader);
 // Record3D's metadata: "K" by columns.
 Camera ReadRecord3dKind(const CameraReader& reader);
+// The file that 3D Scanner App writes for each image: "intrinsics" by rows, without a size.
+Camera ReadScannerAppKind(const CameraReader& reader);
+// The file that Polycam writes for each image.
+Camera ReadPolycamKind(const CameraReader& reader);
 // KITTI's calib.txt: rows "P0: fx 0 cx ..." of images without distortion, alike for all cameras.
 Camera ReadKittiKind(const CameraReader& reader);
 

@@ -4,10 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "oaslam/formats/text.h"
 #include "oaslam/util/bad_input.h"
+#include "oaslam/util/log.h"
 #include "oaslam/util/printable.h"
 
 namespace oaslam {
@@ -68,10 +70,47 @@ YAML::Node NodeOf(const nlohmann::json& json, int depth = 0) {
   return node;
 }
 
+// The keys of a camera that a frame of a transforms.json may have, instead of the whole file.
+constexpr std::array kFrameKeys = {"camera_model", "is_fisheye", "fl_x", "fl_y", "cx",
+                                   "cy",           "w",          "h",    "k1",   "k2",
+                                   "k3",           "k4",         "p1",   "p2"};
+
+void TakeCameraOfFrames(nlohmann::json& root, const std::string& path, const cv::Size& image_size) {
+  if (!root.is_object() || root.contains("fl_x") || root.contains("camera_angle_x")) return;
+  const auto frames = root.find("frames");
+  if (frames == root.end() || !frames->is_array()) return;
+  const auto is_side = [](const nlohmann::json& frame, const char* key, int side) {
+    return side == 0 || !frame.contains(key) || frame[key] == side;
+  };
+  std::vector<std::pair<double, size_t>> focal_lengths;
+  for (size_t i = 0; i < frames->size(); ++i) {
+    const nlohmann::json& frame = (*frames)[i];
+    if (frame.is_object() && frame.contains("fl_x") && frame["fl_x"].is_number() &&
+        is_side(frame, "w", image_size.width) && is_side(frame, "h", image_size.height))
+      focal_lengths.emplace_back(frame["fl_x"].get<double>(), i);
+  }
+  if (focal_lengths.empty()) return;
+  std::ranges::sort(focal_lengths);
+  const double least = focal_lengths.front().first, most = focal_lengths.back().first;
+  constexpr double kBreathing = 0.02;  // what an autofocus changes; more is a zoom or another lens
+  if (most > (1 + kBreathing) * least)
+    Log(LogLevel::kWarning,
+        "{}: the focal length of its frames is {:.1f} to {:.1f} px; one camera, that of the "
+        "median, "
+        "is taken for all",
+        path, least, most);
+  const nlohmann::json frame = (*frames)[focal_lengths[focal_lengths.size() / 2].second];
+  for (const char* key : kFrameKeys)
+    if (frame.contains(key)) root[key] = frame[key];
+}
+
 // JSON is nearly YAML, but blanks of any kind may stand in it.
-YAML::Node ParseJsonCamera(const std::string& text, const std::string& path) {
+YAML::Node ParseJsonCamera(const std::string& text, const std::string& path,
+                           const cv::Size& image_size) {
   try {
-    return NodeOf(nlohmann::json::parse(text));
+    nlohmann::json root = nlohmann::json::parse(text);
+    TakeCameraOfFrames(root, path, image_size);
+    return NodeOf(root);
   } catch (const nlohmann::json::exception& error) {
     throw BadInput("{}: no JSON: {}", path, OnOneLine(Printable(error.what()), 200));
   }
@@ -79,10 +118,12 @@ YAML::Node ParseJsonCamera(const std::string& text, const std::string& path) {
 
 }  // namespace
 
-YAML::Node ParseCameraFile(const std::string& text, const std::string& path) {
+YAML::Node ParseCameraFile(const std::string& text, const std::string& path,
+                           const cv::Size& image_size) {
   const std::string_view start = Trim(text);
   if (start.starts_with("<")) return ParseXml(text, path);
-  if (path.ends_with(".json") && start.starts_with("{")) return ParseJsonCamera(text, path);
+  if (path.ends_with(".json") && start.starts_with("{"))
+    return ParseJsonCamera(text, path, image_size);
   return ParseYamlMapping(text, path);
 }
 

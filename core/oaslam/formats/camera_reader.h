@@ -47,7 +47,9 @@ struct CameraReader {
   void CheckZero(CameraKeys keys, const std::string& model) const;
 };
 
-// The mapping that a calibration is: YAML, JSON, or the XML of OpenCV.
-YAML::Node ParseCameraFile(const std::string& text, const std::string& path);
+// The mapping that a calibration is: YAML, JSON, or the XML of OpenCV. Of a transforms.json with a
+// camera for each frame, that with the median focal length, among those for images of this size.
+YAML::Node ParseCameraFile(const std::string& text, const std::string& path,
+                           const cv::Size& image_size = {});
 
 }  // namespace oaslam

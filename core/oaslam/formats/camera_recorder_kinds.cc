@@ -63,6 +63,27 @@ Camera ReadRecord3dKind(const CameraReader& reader) {
   return camera;
 }
 
+Camera ReadScannerAppKind(const CameraReader& reader) {
+  Camera camera;
+  const auto k = reader.Numbers({"intrinsics"}, 9);
+  camera.fx = k[0], camera.fy = k[4], camera.cx = k[2], camera.cy = k[5];
+  if (k[6] != 0 || k[7] != 0 || k[8] != 1)
+    throw BadInput("{}: intrinsics: [{}], expected [fx 0 cx 0 fy cy 0 0 1]", reader.path,
+                   fmt::join(k, " "));
+  return camera;
+}
+
+Camera ReadPolycamKind(const CameraReader& reader) {
+  // With a pose it is Polycam's, which has no distortion; else another key may be of one.
+  if (!reader.Find({"t_00"}))
+    reader.CheckKeys(
+        "fx fy cx cy width height timestamp blur_score center_depth manual_keyframe neighbors");
+  Camera camera;
+  reader.ReadSize(camera, {"width"}, {"height"});
+  reader.ReadFocal(camera, {"fx"}, {"fy"}, {"cx"}, {"cy"});
+  return camera;
+}
+
 Camera ReadKittiKind(const CameraReader& reader) {
   std::optional<Camera> camera;
   for (const char* key : {"P0", "P1", "P2", "P3"}) {

@@ -24,14 +24,6 @@ std::optional<double> PlainNumber(std::string_view text) {
   return is_plain ? ParseNumber(text) : std::nullopt;
 }
 
-// The unit below seconds in which a step is one of images that show the same place, else seconds.
-double UnitOfStep(double step) {
-  constexpr double kLongest = 5;  // seconds
-  for (const auto& [name, unit] : kUnits)
-    if (step * unit <= kLongest) return unit;
-  return kUnits.back().second;
-}
-
 }  // namespace
 
 std::optional<double> SecondsInUnit(std::string_view name) {
@@ -56,6 +48,13 @@ double MedianStep(const std::vector<double>& times) {
   for (size_t i = 1; i < times.size(); ++i)
     if (times[i] != times[i - 1]) steps.push_back(std::abs(times[i] - times[i - 1]));
   return steps.empty() ? 0 : Median(std::move(steps));
+}
+
+double UnitOfStep(double step) {
+  constexpr double kLongest = 5;  // seconds
+  for (const auto& [name, unit] : kUnits)
+    if (step * unit <= kLongest) return unit;
+  return kUnits.back().second;
 }
 
 std::string ProblemOfSteps(const std::vector<double>& times) {

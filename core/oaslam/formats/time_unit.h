@@ -19,6 +19,9 @@ std::optional<double> UnitOfDate(double time);
 // The median of the non-zero steps between successive times; 0 where there is none.
 double MedianStep(const std::vector<double>& times);
 
+// The unit below seconds in which a step is one of images that show the same place, else seconds.
+double UnitOfStep(double step);
+
 // The problem with image times in seconds, judged by their median step, with the unit that they
 // probably have; empty where there is none. A step of more than 5 s is accepted where the times are
 // dates in seconds, or where there are fewer than 10.

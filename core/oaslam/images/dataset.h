@@ -10,6 +10,12 @@
 
 namespace oaslam {
 
+// A pose of the image with this path or name.
+struct NamedPose {
+  std::string name;
+  Rigid3 world_from_cam;
+};
+
 // A folder in the layout of a known dataset or recorder, and what is in it.
 struct Dataset {
   std::string layout;  // its name, e.g. "EuRoC"
@@ -19,6 +25,9 @@ struct Dataset {
   // Reads the true poses, camera to world, with the times of the images; empty: there are none.
   // Throws InputError.
   std::function<std::vector<StampedPose>()> truth;
+  // The same poses by the names of the images, where their times are not the recording's: they are
+  // a ground truth of the images of these names, and of no others. Empty: the times are right.
+  std::function<std::vector<NamedPose>()> named_truth;
 };
 
 std::vector<std::string> DatasetLayouts();
@@ -27,6 +36,14 @@ std::vector<std::string> DatasetLayouts();
 // for another source, for "none", and for a folder that grows. Throws InputError where the folder
 // is not in the layout that is asked for, and for files in it that are damaged.
 std::optional<Dataset> FindDataset(const std::string& folder, const ImageSourceOptions& options);
+
+// As FindDataset, also without images: a ground truth alone.
+std::optional<Dataset> FindTruth(const std::string& folder, const ImageSourceOptions& options);
+
+// The poses at the times of the images that have the same base name, whatever the extension. Throws
+// InputError, which begins with `path`, where there is none, or two have one name.
+std::vector<StampedPose> AtTimesOf(const std::vector<ListedImage>& images,
+                                   const std::vector<NamedPose>& poses, const std::string& path);
 
 // The path of the video in a dataset's folder; for any other source, the source itself.
 std::string FilmOf(const std::string& source, const ImageSourceOptions& options);

@@ -2,12 +2,14 @@
 
 #include <filesystem>
 #include <map>
+#include <numeric>
 
 #include "oaslam/formats/imu_file.h"
 #include "oaslam/formats/table_file.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/images/dataset_layouts.h"
 #include "oaslam/images/image_list.h"
+#include "oaslam/images/list_clock.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/lower.h"
 
@@ -103,6 +105,9 @@ std::optional<Dataset> FindKitti(const DatasetFolder& folder) {
   CheckCount(times, seconds.size(), "times", images, dataset.images.size());
   for (size_t i = 0; i < seconds.size() && !folder.options.fps; ++i)
     dataset.images[i].timestamp = seconds[i][0];
+  std::vector<int> lines(dataset.images.size());
+  std::iota(lines.begin(), lines.end(), 1);
+  ContinueTimes(times, lines, folder.options.quiet, dataset.images);
   dataset.camera = folder.First({"calib.txt"});
   const std::string truth = KittiPoses(folder);
   if (truth.empty()) return dataset;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <initializer_list>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,11 +29,24 @@ Rigid3 PoseOfMatrix(const std::vector<double>& rows, const std::string& place);
 void CheckCount(const std::string& path, size_t count, const char* what, const std::string& folder,
                 size_t images);
 
+// Sets the truth of a dataset, after its images: `poses` reads those of images, by their paths.
+// `has_times`: the times of the images are those of the recording.
+void SetNamedTruth(std::function<std::vector<NamedPose>()> poses, bool has_times, Dataset& dataset);
+// A pose with the OpenGL camera of ARKit and Nerfstudio (y up, looks along -z), with ours.
+Rigid3 FromOpenGl(const Rigid3& pose);
+
+// These throw InputError. The object in a file of JSON:
+nlohmann::json ParseObject(const std::string& path);
+// The numbers of a list, or of a list of lists: `count` or more.
+std::vector<double> NumbersOf(const nlohmann::json& value, size_t count, const std::string& place);
+
 // These functions return nothing where the folder is in another layout. They throw InputError.
 std::optional<Dataset> FindEuRoC(const DatasetFolder& given);
 std::optional<Dataset> FindKitti(const DatasetFolder& folder);
 std::optional<Dataset> FindSevenScenes(const DatasetFolder& folder);
 std::optional<Dataset> FindScanNet(const DatasetFolder& folder);
+std::optional<Dataset> FindScannerApp(const DatasetFolder& folder);
+std::optional<Dataset> FindPolycam(const DatasetFolder& given);
 std::optional<Dataset> FindRecord3d(const DatasetFolder& folder);
 std::optional<Dataset> FindStrayScanner(const DatasetFolder& folder);
 std::optional<Dataset> FindNerfstudio(const DatasetFolder& folder);

@@ -1,5 +1,7 @@
 #include "oaslam/images/dataset.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
@@ -9,6 +11,7 @@
 #include "oaslam/camera_file.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/images/image_list.h"
+#include "oaslam/log.h"
 #include "oaslam/util/lower.h"
 
 namespace oaslam {
@@ -57,6 +60,29 @@ std::string ColmapImages() {
   return bytes;
 }
 
+// Of the image at a position, in the axes of ARKit.
+std::string ScannerAppFile(double time, double focal_length, const std::string& position) {
+  const std::vector<std::string> t = [&] {
+    std::vector<std::string> fields;
+    for (const std::string_view field : SplitFields(position))
+      fields.emplace_back(field.substr(0, field.find(',')));
+    return fields;
+  }();
+  return fmt::format(
+      R"({{"cameraPoseARFrame": [1, 0, 0, {}, 0, 1, 0, {}, 0, 0, 1, {}, 0, 0, 0, 1],
+          "intrinsics": [{}, 0, 320, 0, {}, 240, 0, 0, 1], "time": {}, "frame_index": 0}})",
+      t[0], t[1], t[2], focal_length, focal_length, time);
+}
+
+// Of the image at (x, x + 1, x + 2).
+std::string PolycamFile(double focal_length, int x) {
+  return fmt::format(
+      R"({{"fx": {}, "fy": {}, "cx": 320, "cy": 240, "width": 640, "height": 480,
+          "t_00": 1, "t_01": 0, "t_02": 0, "t_03": {}, "t_10": 0, "t_11": 1, "t_12": 0,
+          "t_13": {}, "t_20": 0, "t_21": 0, "t_22": 1, "t_23": {}, "blur_score": 100}})",
+      focal_length, focal_length, x, x + 1, x + 2);
+}
+
 const MadeDataset kMadeDatasets[] = {
     {"EuRoC",
      "mav0/cam0/data/1.pgm mav0/cam0/data/2.pgm mav0/cam0/data/3.pgm",
@@ -96,6 +122,13 @@ const MadeDataset kMadeDatasets[] = {
        "{\"w\": 720, \"h\": 960, \"fps\": 60, \"K\": [700, 0, 0, 0, 701, 0, 360, 480, 1], "
        "\"poses\": [[0, 0, 0, 1, 0, 0, 0], [0, 0, 0, 1, 4, 5, 6], [0, 0, 0, 1, 0, 0, 0]]}"}},
      {1.0 / 60, "metadata", "", 3, {4, 5, 6}, 700}},
+    {"Record3D",  // its export with depth in EXR files
+     "rgb/0.jpg rgb/1.jpg rgb/2.jpg",
+     {{"depth/0.exr", "x"},
+      {"metadata.json",
+       "{\"w\": 720, \"h\": 960, \"fps\": 60, \"K\": [700, 0, 0, 0, 701, 0, 360, 480, 1], "
+       "\"poses\": [[0, 0, 0, 1, 0, 0, 0], [0, 0, 0, 1, 4, 5, 6], [0, 0, 0, 1, 0, 0, 0]]}"}},
+     {1.0 / 60, "metadata.json", "", 3, {4, 5, 6}, 700}},
     {"Nerfstudio",
      "images/a1.png images/a2.png images/a10.png images/unused.png",
      {{"transforms.json",
@@ -113,6 +146,53 @@ const MadeDataset kMadeDatasets[] = {
      "images/a1.png images/a2.png images/a3.png",
      {{"sparse/0/cameras.bin", ColmapCameras()}, {"sparse/0/images.bin", ColmapImages()}},
      {1.0 / 30, "sparse/0/cameras.bin", "", 2, {4, 5, 6}, 500}},
+    {"COLMAP",  // as we export it
+     "images/a1.png images/a2.png images/a3.png",
+     {{"cameras.txt", "1 PINHOLE 640 480 500 500 320 240\n"},
+      {"images.txt", "2 0 1 0 0 -4 5 6 1 a2.png\n1 2 3\n1 1 0 0 0 0 0 0 1 a1.png\n\n"}},
+     {1.0 / 30, "cameras.txt", "", 2, {4, 5, 6}, 500}},
+    {"COLMAP",  // the images of two recordings
+     "images/1/a1.png images/1/a2.png images/2/a1.png",
+     {{"colmap/sparse/0/cameras.txt", "1 PINHOLE 640 480 500 500 320 240\n"},
+      {"colmap/sparse/0/images.txt",
+       "2 0 1 0 0 -4 5 6 1 1/a2.png\n\n1 1 0 0 0 0 0 0 1 1/a1.png\n\n3 1 0 0 0 1 0 0 1 "
+       "2/a1.png\n\n"}},
+     {1.0 / 30, "colmap/sparse/0/cameras.txt", "", 3, {4, 5, 6}, 500}},
+    {"Nerfstudio",  // an autofocus: a camera for each frame
+     "images/0.png images/1.png images/2.png",
+     {{"transforms.json",
+       "{\"frames\": [{\"file_path\": \"images/0\", \"fl_x\": 502, \"fl_y\": 502, \"cx\": 320, "
+       "\"cy\": 240, \"w\": 640, \"h\": 480}, {\"file_path\": \"images/1\", \"fl_x\": 498, \"w\": "
+       "640, \"h\": 480, \"transform_matrix\": [[1,0,0,4],[0,1,0,5],[0,0,1,6],[0,0,0,1]]}, "
+       "{\"file_path\": \"images/2\", \"fl_x\": 500, \"w\": 640, \"h\": 480}]}"}},
+     {1.0 / 30, "transforms.json", "", 1, {4, 5, 6}, 500}},
+    {"3D-Scanner-App",
+     "frame_00000.jpg frame_00005.jpg frame_00010.jpg conf_00000.png depth_00000.png "
+     "thumb_00000.jpg",
+     {{"frame_00000.json", ScannerAppFile(10, 526, "1, 2, 3")},
+      {"frame_00001.json", ScannerAppFile(10.1, 526, "1, 2, 3")},
+      {"frame_00005.json", ScannerAppFile(10.5, 524, "4, 5, 6")},
+      {"frame_00010.json", ScannerAppFile(11, 525, "7, 8, 9")}},
+     {10.5, "frame_00010.json", "", 3, {4, 5, 6}, 525}},
+    {"3D-Scanner-App",  // without times that a recording could have
+     "frame_00000.jpg frame_00001.jpg frame_00002.jpg conf_00000.png",
+     {{"frame_00000.json", ScannerAppFile(1, 526, "1, 2, 3")},
+      {"frame_00001.json", ScannerAppFile(1, 525, "4, 5, 6")}},
+     {1.0 / 30, "frame_00000.json", "", 2, {4, 5, 6}, 526}},
+    {"Polycam",
+     "keyframes/images/170000000000.jpg keyframes/images/170000300000.jpg "
+     "keyframes/images/170000900000.jpg keyframes/depth/170000000000.png",
+     {{"keyframes/cameras/170000000000.json", PolycamFile(525, 1)},
+      {"keyframes/cameras/170000300000.json", PolycamFile(530, 4)},
+      {"keyframes/cameras/170000900000.json", PolycamFile(520, 7)}},
+     {170000.3, "keyframes/cameras/170000000000.json", "", 3, {4, 5, 6}, 525}},
+    {"Polycam",  // after the loops were closed
+     "keyframes/corrected_images/0.jpg keyframes/corrected_images/1.jpg "
+     "keyframes/corrected_images/2.jpg keyframes/images/9.jpg",
+     {{"keyframes/corrected_cameras/0.json", PolycamFile(525, 1)},
+      {"keyframes/corrected_cameras/1.json", PolycamFile(525, 4)},
+      {"keyframes/cameras/9.json", PolycamFile(400, 1)}},
+     {1.0 / 30, "keyframes/corrected_cameras/1.json", "", 2, {4, 5, 6}, 525}},
     {"TUM",
      "rgb/a.png rgb/b.png rgb/c.png",
      {{"rgb.txt", "# color\n1.5 rgb/a.png\n1.6 rgb/b.png\n1.7 rgb/c.png\n"},
@@ -179,8 +259,9 @@ TEST_P(EachDataset, HasItsTruthAndItsCamera) {
   EXPECT_NEAR(pose.timestamp, made.expected.second_time, 1e-6);
   EXPECT_TRUE(pose.world_from_cam.translation.isApprox(made.expected.second_position));
   if (made.expected.camera_fx == 0) return;
-  const bool has_no_size =
-      made.layout == std::string("ScanNet") || made.layout == std::string("KITTI");
+  const bool has_no_size = made.layout == std::string("ScanNet") ||
+                           made.layout == std::string("KITTI") ||
+                           made.layout == std::string("3D-Scanner-App");
   const Camera camera = LoadCamera(found->camera, has_no_size ? cv::Size(1296, 968) : cv::Size());
   EXPECT_EQ(camera.fx, made.expected.camera_fx);
 }
@@ -189,13 +270,14 @@ INSTANTIATE_TEST_SUITE_P(Layouts, EachDataset, testing::ValuesIn(kMadeDatasets),
                          [](const auto& test) {
                            std::string name = test.param.layout + std::to_string(test.index);
                            std::erase(name, '-');
+                           name = "A" + name;  // one begins with a digit
                            return name;
                          });
 
 struct DatasetTest : FolderTest {};
 
 TEST_F(DatasetTest, CamerasOfOpenGlAreTurned) {
-  for (const char* layout : {"Nerfstudio", "Record3D"}) {
+  for (const char* layout : {"Nerfstudio", "Record3D", "3D-Scanner-App", "Polycam"}) {
     const TempFolder dataset;
     MakeDataset(dataset, MadeOf(layout));
     const auto truth = FindDataset(dataset.path(), {})->truth();
@@ -326,6 +408,60 @@ TEST_F(DatasetTest, DamagedPosesAreNamed) {
               HasSubstr("images.txt:1: quaternion of length 9"));
   EXPECT_THAT(ProblemOf("COLMAP", "sparse/0/images.txt", "1 1 0 0 0 0 0 0 1\n", true),
               HasSubstr("images.txt:1: expected IMAGE_ID"));
+}
+
+// Poses without times are those of the images with the same names.
+TEST_F(DatasetTest, ATruthWithoutTimesIsOfItsImages) {
+  MakeDataset(folder, MadeOf("COLMAP"));
+  const auto found = FindDataset(folder.path(), {});
+  ASSERT_TRUE(found->named_truth);
+  const auto poses = found->named_truth();
+  const auto at = AtTimesOf({{7.5, "film/a2.jpg"}, {2.5, "film/a1.jpg"}, {3, "x.jpg"}}, poses, "p");
+  ASSERT_EQ(at.size(), 2U);
+  EXPECT_EQ(at[1].timestamp, 7.5);
+  EXPECT_EQ(at[1].world_from_cam.translation, Eigen::Vector3d(4, 5, 6));
+  EXPECT_INPUT_ERROR(AtTimesOf({{1, "000001.png"}}, poses, "p"),
+                     HasSubstrs("p: none of its 2 images", "a1", "000001.png"));
+  EXPECT_INPUT_ERROR(AtTimesOf({{1, "1/a1.png"}, {1, "2/a1.png"}}, poses, "p"),
+                     HasSubstrs("p: two images", "1/a1.png and 2/a1.png"));
+  // Times that are those of the recording need no names.
+  for (const char* layout : {"EuRoC", "TUM", "KITTI", "Record3D", "Polycam"}) {
+    const TempFolder other;
+    MakeDataset(other, MadeOf(layout));
+    EXPECT_FALSE(FindDataset(other.path(), {})->named_truth) << layout;
+  }
+}
+
+TEST_F(DatasetTest, AModelWithoutItsImagesIsOnlyATruth) {
+  folder.Write("cameras.txt", "1 PINHOLE 640 480 500 500 320 240\n");
+  folder.Write("images.txt", "2 1 0 0 0 0 0 0 1 0.433333.png\n\n");
+  EXPECT_FALSE(FindDataset(folder.path(), {}));
+  const auto found = FindTruth(folder.path(), {});
+  ASSERT_TRUE(found && found->named_truth);
+  EXPECT_EQ(found->named_truth().size(), 1U);
+}
+
+TEST_F(DatasetTest, AFocalLengthThatChangesIsSaid) {
+  MakeDataset(folder, MadeOf("Polycam"));
+  folder.Write("keyframes/cameras/170000900000.json", PolycamFile(1050, 7));
+  std::string said;
+  SetLogSink([&](LogLevel, const std::string& message) { said += message; });
+  FindDataset(folder.path(), {});
+  SetLogSink({});
+  EXPECT_THAT(said, HasSubstrs("525.0 to 1050.0 px"));
+}
+
+TEST_F(DatasetTest, DamagedFilesOfPhonesAreNamed) {
+  EXPECT_THAT(ProblemOf("3D-Scanner-App", "frame_00005.json", "{"),
+              HasSubstrs("frame_00005.json: is no JSON object", "3D-Scanner-App; --dataset none"));
+  EXPECT_THAT(ProblemOf("3D-Scanner-App", "frame_00005.json", "{\"intrinsics\": [1, 2]}"),
+              HasSubstr("frame_00005.json: intrinsics: 2 numbers, expected 9"));
+  EXPECT_THAT(ProblemOf("Polycam", "keyframes/cameras/170000300000.json",
+                        "{\"t_00\": 5, \"t_01\": 0, \"t_02\": 0, \"t_03\": 0, \"t_10\": 0, "
+                        "\"t_11\": 1, \"t_12\": 0, \"t_13\": 0, \"t_20\": 0, \"t_21\": 0, "
+                        "\"t_22\": 1, \"t_23\": 0}",
+                        true),
+              HasSubstrs("170000300000.json", "no rotation"));
 }
 
 }  // namespace

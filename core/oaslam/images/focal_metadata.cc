@@ -30,7 +30,7 @@ std::optional<double> FromVideo(const std::string& path) {
 std::optional<double> FocalLength35mm(const std::string& source) {
   if (IsCamera(source)) return std::nullopt;
   try {
-    const auto images = ListImages(source, {});
+    const auto images = ListImages(source, {.quiet = true});
     const auto length = images ? FromExif(images->front().path) : FromVideo(FilmOf(source, {}));
     return length && CanBeFocalLength35mm(*length) ? length : std::nullopt;
   } catch (const InputError&) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/time_unit.h"
@@ -13,6 +14,8 @@
 #include "oaslam/images/camera_source.h"
 #include "oaslam/images/dataset.h"
 #include "oaslam/images/image_files.h"
+#include "oaslam/images/image_kinds.h"
+#include "oaslam/images/list_clock.h"
 #include "oaslam/images/sensor_data.h"
 #include "oaslam/images/video_container.h"
 #include "oaslam/images/video_source.h"
@@ -115,6 +118,24 @@ std::string HintForPattern(const std::string& source) {
   return fmt::format("; for the images in a folder give the folder: {}", folder.string());
 }
 
+// Recordings of other tools that contain images in a form of their own, and how to get at them.
+void RefuseRecording(const std::string& source) {
+  struct Recording {
+    const char *extension, *what;
+  };
+  static constexpr Recording kRecordings[] = {
+      {".r3d", "a recording of Record3D, which is a zip archive: unzip FILE -d DIR, and give DIR"},
+      {".zip", "an archive: unzip FILE -d DIR, and give DIR"},
+      {".svo", "a recording of a ZED camera: export its left images (svo_export of the ZED SDK)"},
+      {".svo2", "a recording of a ZED camera: export its left images (svo_export of the ZED SDK)"},
+      {".vrs", "a VRS recording: vrs extract-images FILE --to DIR, and give DIR"},
+      {".bag", "a recording of ROS: save its images and a list TIME PATH of them"},
+      {".db3", "a recording of ROS: save its images and a list TIME PATH of them"},
+      {".mcap", "a recording of ROS: save its images and a list TIME PATH of them"}};
+  const auto found = std::ranges::find(kRecordings, LowerExtension(source), &Recording::extension);
+  if (found != std::end(kRecordings)) throw BadInput("{}: is {}", source, found->what);
+}
+
 void CheckPlainFile(const std::string& source) {
   std::error_code error;
   switch (fs::status(source, error).type()) {
@@ -131,7 +152,7 @@ void CheckPlainFile(const std::string& source) {
 
 }  // namespace
 
-void SetTimes(const std::string& source, const ImageSourceOptions& options,
+bool SetTimes(const std::string& source, const ImageSourceOptions& options,
               std::vector<ListedImage>& images) {
   std::vector<std::string> names;
   for (const ListedImage& image : images) names.push_back(image.path);
@@ -145,18 +166,22 @@ void SetTimes(const std::string& source, const ImageSourceOptions& options,
     if (!options.fps && !options.quiet)
       Log(LogLevel::kInfo, "{}: the names of the images are taken as times, in {}", source,
           NameOfUnit(times->unit));
-    if (!options.fps) return;
+    if (!options.fps) return true;
   }
   for (size_t i = 0; i < images.size(); ++i)
     images[i].timestamp = static_cast<double>(i) / options.fps.value_or(kDefaultFps);
+  return false;
 }
 
 std::vector<ListedImage> ListFolder(const std::string& folder, const ImageSourceOptions& options,
                                     const std::string& end) {
+  std::vector<std::string> names = ImageNames(folder);
+  std::erase_if(names,
+                [&](const std::string& name) { return !WithoutExtension(name).ends_with(end); });
+  LeaveOutOtherKinds(folder, options.quiet, names);
+  if (!options.quiet) WarnOfSeries(folder, names);
   std::vector<ListedImage> images;
-  for (const std::string& name : ImageNames(folder))
-    if (WithoutExtension(name).ends_with(end))
-      images.push_back({0, (fs::path(folder) / name).string()});
+  for (const std::string& name : names) images.push_back({0, (fs::path(folder) / name).string()});
   if (images.empty()) RefuseRawFiles(folder);
   SetTimes(folder, options, images);
   return images;
@@ -166,6 +191,7 @@ std::vector<ListedImage> ReadList(const std::string& path, const ImageSourceOpti
   const fs::path folder = FolderOfList(path);
   const std::string text = ReadTextFile(path);
   std::vector<ListedImage> images;
+  std::vector<int> lines;
   std::optional<bool> with_times;
   std::optional<double> unit = options.time_unit;
   int line_number = 0;
@@ -184,11 +210,13 @@ std::vector<ListedImage> ReadList(const std::string& path, const ImageSourceOpti
     if (HasRawExtension(std::string(parsed.path)))
       throw InputError(RefusalOfSensorData(PathOfLine(folder, parsed.path)));
     images.push_back({parsed.time.value_or(0) * unit.value_or(1), PathOfLine(folder, parsed.path)});
+    lines.push_back(line_number);
   }
   if (!with_times.value_or(true))
     SetTimes(path, options, images);
   else if (!unit)
     CheckSteps(images, path);
+  if (with_times.value_or(false)) ContinueTimes(path, lines, options.quiet, images);
   return images;
 }
 
@@ -209,10 +237,26 @@ std::optional<std::vector<ListedImage>> ListAll(const std::string& source,
   }
   if (fs::is_directory(source, error)) return ListFolder(source, options);
   CheckPlainFile(source);
+  RefuseRecording(source);
   if (HasRawExtension(source)) throw InputError(RefusalOfSensorData(source));
   if (HasImageExtension(source)) return std::vector{ListedImage{0.0, source}};
   if (IsText(source)) return ReadList(source, options);
   return std::nullopt;
+}
+
+std::vector<ListedImage> TimesOfImages(const std::string& source,
+                                       const ImageSourceOptions& options) {
+  if (options.follow || IsCamera(source)) return {};
+  ImageSourceOptions quiet = options;
+  quiet.quiet = true;
+  if (auto images = ListAll(source, quiet)) return std::move(*images);
+  const VideoContainer video = ReadVideoContainer(FilmOf(source, options));
+  const std::vector<double>& times = video.times.seconds;
+  std::vector<ListedImage> images;
+  for (int i = 0; i < video.images && (options.fps || !times.empty()); ++i)
+    images.push_back(
+        {options.fps ? i / *options.fps : times.at(static_cast<size_t>(i)), NameOfVideoImage(i)});
+  return images;
 }
 
 std::vector<std::string> NamesOfImages(const std::string& source,

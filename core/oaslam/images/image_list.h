@@ -22,9 +22,14 @@ std::vector<ListedImage> ListFolder(const std::string& folder, const ImageSource
                                     const std::string& end = "");
 // Sets the times of images. Where their names are times, sorts the images by these and uses them;
 // without such names, or with options.fps, the times follow from the rate. Logs that names are
-// taken as times.
-void SetTimes(const std::string& source, const ImageSourceOptions& options,
+// taken as times. Returns whether the times are those of the names.
+bool SetTimes(const std::string& source, const ImageSourceOptions& options,
               std::vector<ListedImage>& images);
+
+// All images of a source with their times, whatever the range in the options; of a video with their
+// names for paths. None where they are not known before they are read. Throws InputError.
+std::vector<ListedImage> TimesOfImages(const std::string& source,
+                                       const ImageSourceOptions& options);
 
 // The names of all images of a source, with their paths where each is a file, whatever the range in
 // the options; none where they are not known before they come. Throws InputError.

@@ -279,5 +279,17 @@ TEST_F(ImageSourceTest, BadInputIsNamed) {
   EXPECT_THAT(error(list, {.fps = 0}), HasSubstr("--fps"));
 }
 
+TEST_F(ImageSourceTest, RecordingsOfOtherToolsAreNamed) {
+  for (const auto& [name, what] :
+       std::vector<std::pair<std::string, std::string>>{{"a.r3d", "unzip"},
+                                                        {"a.SVO2", "ZED"},
+                                                        {"a.vrs", "vrs extract-images"},
+                                                        {"a.zip", "unzip"},
+                                                        {"a.mcap", "ROS"}}) {
+    folder.Write(name, "PK");
+    EXPECT_INPUT_ERROR(OpenImages(folder / name), HasSubstrs(name + ": is ", what));
+  }
+}
+
 }  // namespace
 }  // namespace oaslam
