@@ -421,7 +421,7 @@ TEST_F(DatasetTest, ATruthWithoutTimesIsOfItsImages) {
   EXPECT_EQ(at[1].timestamp, 7.5);
   EXPECT_EQ(at[1].world_from_cam.translation, Eigen::Vector3d(4, 5, 6));
   EXPECT_INPUT_ERROR(AtTimesOf({{1, "000001.png"}}, poses, "p"),
-                     HasSubstrs("p: none of its 2 images", "a1", "000001.png"));
+                     HasSubstrs("p: none of its 2 images", "a2.png", "000001.png"));
   EXPECT_INPUT_ERROR(AtTimesOf({{1, "1/a1.png"}, {1, "2/a1.png"}}, poses, "p"),
                      HasSubstrs("p: two images", "1/a1.png and 2/a1.png"));
   // Times that are those of the recording need no names.

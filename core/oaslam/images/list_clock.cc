@@ -24,9 +24,14 @@ bool RestartsAt(const std::vector<double>& times, size_t first, double last) {
   return end - first > 1;
 }
 
-std::vector<Restart> FindRestarts(const std::vector<ListedImage>& images) {
-  std::vector<double> times;
-  for (const ListedImage& image : images) times.push_back(image.timestamp);
+// How often a time is before the one above it.
+size_t StepsBack(const std::vector<double>& times) {
+  size_t count = 0;
+  for (size_t i = 1; i < times.size(); ++i) count += times[i] < times[i - 1] ? 1 : 0;
+  return count;
+}
+
+std::vector<Restart> FindRestarts(const std::vector<double>& times) {
   const double step = MedianStep(times);
   std::vector<Restart> restarts;
   double offset = 0, last = times.empty() ? 0 : times.front();
@@ -52,15 +57,17 @@ std::vector<Restart> FindRestarts(const std::vector<ListedImage>& images) {
 
 void ContinueTimes(const std::string& path, const std::vector<int>& lines, bool quiet,
                    std::vector<ListedImage>& images) {
-  const std::vector<Restart> restarts = FindRestarts(images);
+  std::vector<double> times;
+  for (const ListedImage& image : images) times.push_back(image.timestamp);
+  const std::vector<Restart> restarts = FindRestarts(times);
   if (restarts.empty()) return;
   // A clock is set back once in a while. Names that are sorted as text go back every ten images.
   constexpr size_t kLeastStretch = 20;
-  if (restarts.size() > std::max<size_t>(1, images.size() / kLeastStretch)) {
+  if (const size_t back = StepsBack(times);
+      back > std::max<size_t>(1, images.size() / kLeastStretch)) {
     if (!quiet)
-      Log(LogLevel::kWarning,
-          "{}:{}: its times go back {} times, first here: sort its lines by time (sort -n)", path,
-          lines[restarts.front().first], restarts.size());
+      Log(LogLevel::kWarning, "{}: its times go back {} times: sort its lines by time (sort -n)",
+          path, back);
     return;
   }
   for (const Restart& restart : restarts) {
