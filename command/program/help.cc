@@ -6,6 +6,7 @@
 #include <array>
 #include <map>
 #include <memory>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -36,6 +37,16 @@ const std::map<std::string, std::vector<std::string>>& OptionsOfGroups() {
   return options;
 }
 
+// Of a command with more options than a person reads: those that most people need.
+bool IsOftenNeeded(const std::string& option) {
+  static const std::set<std::string> options = {
+      "images",  "map",      "map-in",      "submap", "from",       "to",
+      "fps",     "imu",      "camera",      "mask",   "detections", "out",
+      "map-out", "detector", "classes",     "force",  "record",     "scale-object",
+      "mode",    "quiet",    "every-frame", "viewer", "port"};
+  return options.contains(option);
+}
+
 std::string GroupOf(const std::string& option) {
   for (const auto& [group, names] : OptionsOfGroups())
     if (std::ranges::find(names, option) != names.end()) return group;
@@ -45,17 +56,27 @@ std::string GroupOf(const std::string& option) {
 // CLI11 has the groups in the order of their first options, which begins with --help.
 class InOrder : public CLI::Formatter {
  public:
-  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode) const override {
+  // `is_long`: --help shows a part, --help-all the rest.
+  explicit InOrder(bool is_long) : is_long_(is_long) {}
+
+  std::string make_help(const CLI::App* app, std::string name,
+                        CLI::AppFormatMode mode) const override {
     std::string text =
         make_description(app) + make_usage(app, std::move(name)) + make_positionals(app);
     for (const char* group : kGroups) {
       const auto options = app->get_options([&](const CLI::Option* option) {
-        return option->get_group() == group && option->nonpositional();
+        const bool is_shown = !is_long_ || mode == CLI::AppFormatMode::All ||
+                              IsOftenNeeded(option->get_single_name()) ||
+                              option == app->get_help_ptr() || option == app->get_help_all_ptr();
+        return is_shown && option->get_group() == group && option->nonpositional();
       });
       if (!options.empty()) text += make_group(group, false, options);
     }
     return text;
   }
+
+ private:
+  const bool is_long_;
 };
 
 // The nearest word with so few wrong letters that it is probably meant; empty: none.
@@ -69,11 +90,17 @@ std::string Nearest(const std::string& word, const std::vector<std::string>& wor
 
 void GroupOptions(CLI::App& app) {
   constexpr size_t kMany = 12;  // fewer are read without headings
+  constexpr size_t kLong = 30;  // more are not read
   for (CLI::App* command : app.get_subcommands({})) {
-    if (command->get_options().size() < kMany) continue;
-    command->formatter(std::make_shared<InOrder>());
-    for (CLI::Option* option : command->get_options())
-      if (option->nonpositional()) option->group(GroupOf(option->get_single_name()));
+    const size_t count = command->get_options().size();
+    const bool is_long = count > kLong;
+    if (count >= kMany) {
+      command->formatter(std::make_shared<InOrder>(is_long));
+      for (CLI::Option* option : command->get_options())
+        if (option->nonpositional()) option->group(GroupOf(option->get_single_name()));
+    }
+    command->set_help_all_flag("--help-all", "Print all options and exit")
+        ->group(is_long ? kMore : "");
   }
 }
 

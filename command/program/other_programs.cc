@@ -57,7 +57,8 @@ const char* OtherProgram(int argc, const char* const* argv) {
   for (const OtherCommand& command : kOtherCommands)
     if (name == command.name) return command.program;
   for (int i = 2; i < argc && name == "run" && argv[i] != std::string_view("--"); ++i)
-    if (std::string_view(argv[i]).starts_with("--viewer")) return kViewer;
+    for (const char* option : {"--viewer", "--port"})
+      if (std::string_view(argv[i]).starts_with(option)) return kViewer;
   return nullptr;
 }
 

@@ -8,7 +8,8 @@ namespace oaslam::apps {
 inline constexpr std::string_view kViewerProgram = "oaslam-viewer";
 
 // Some commands are in programs of their own, which are looked for beside this one and in PATH:
-// `serve` and `models` in oaslam-server; `view`, and `run` with --viewer, in oaslam-viewer.
+// `serve` and `models` in oaslam-server; `view`, and `run` with --viewer or --port, in
+// oaslam-viewer.
 
 // Tells in the help of the commands of other programs that `app` does not have itself.
 void AddOtherCommands(CLI::App& app);

@@ -3,9 +3,11 @@
 namespace oaslam::apps {
 
 void RunView::AddOptions(CLI::App& run) {
-  run.add_flag("--viewer")
-      ->description(
-          "serve a page that shows the run: oaslam run --viewer --help lists its options");
+  auto* viewer = run.add_flag("--viewer")->description("serve a page that shows the run");
+  run.add_option("--port")
+      ->description("of that page; oaslam run --viewer --help-all lists its other options")
+      ->type_name("INT")
+      ->needs(viewer);
 }
 
 }  // namespace oaslam::apps

@@ -19,10 +19,10 @@ class RunView {
  public:
   virtual ~RunView() = default;
 
-  // Adds its options to `oaslam run`; here the one that says where they are.
+  // Adds its options to `oaslam run`; here those that say where they are.
   virtual void AddOptions(CLI::App& run);
   virtual bool IsAskedFor() const { return false; }
-  // The number that --viewer without one means.
+  // The number that --viewer means, which once was the option of the port.
   virtual int PortIfLeftOut() const { return 0; }
   // Throws InputError where it could not show a run, as where its port is taken.
   virtual void Check() {}

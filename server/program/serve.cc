@@ -98,7 +98,7 @@ void AddServeCommand(CLI::App& app) {
   const auto options = std::make_shared<ServeOptions>();
   command
       ->add_option("--maps", options->maps,
-                   "folder of map files, or postgresql://USER:PASSWORD@HOST/DATABASE")
+                   "folder of map files, one map file, or postgresql://USER:PASSWORD@HOST/DATABASE")
       ->required();
   AddPortOption(*command, options->server);
   AddServerOptions(*command, options->server);

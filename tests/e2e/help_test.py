@@ -11,10 +11,10 @@ from harness import must_run, oaslam
 GROUPS = ["Input", "Camera", "Objects", "Output", "Live", "More"]
 
 
-def sections(command):
+def sections(*words):
     """{heading: names of the options there}, in the order of the help."""
     found = {}
-    for heading, text in re.findall(r"^(\w+):\n((?:  .*\n?)+)", must_run(command, "--help").out, flags=re.M):
+    for heading, text in re.findall(r"^(\w+):\n((?:  .*\n?)+)", must_run(*words).out, flags=re.M):
         found[heading] = re.findall(r"^  (?:-\w,)?--([\w-]+)", text, flags=re.M)
     return found
 
@@ -22,7 +22,7 @@ def sections(command):
 class TestHelp:
     @pytest.mark.parametrize("command", ["run", "localize", "view", "serve", "map-objects", "detect"])
     def test_options_are_in_groups(self, command):
-        found = sections(command)
+        found = sections(command, "--help-all")
         groups = [heading for heading in found if heading != "Positionals"]
         assert groups == [group for group in GROUPS if group in groups] and len(groups) > 3, groups
         assert "help" in found["More"]
@@ -30,13 +30,27 @@ class TestHelp:
         assert len(everything) == len(set(everything))
 
     def test_each_where_it_is_looked_for(self):
-        found = sections("run")
+        found = sections("run", "--help-all")
         for group, names in (("Input", ["images", "from", "imu"]), ("Camera", ["camera", "rolling-shutter"]), ("Objects", ["detector", "classes"]),
                              ("Output", ["out", "map-out", "record"]), ("Live", ["mode", "viewer"]), ("More", ["set", "config", "seed"])):
             assert set(names) <= set(found[group]), (group, found)
 
     def test_few_options_need_no_groups(self):
-        assert list(sections("merge"))[-1] == "Options"
+        assert list(sections("merge", "--help"))[-1] == "Options"
+
+    @pytest.mark.parametrize("words", [["run"], ["run", "--viewer"], ["localize"]])
+    def test_what_most_need_is_read_at_once(self, words):
+        def named(option):
+            return {name for names in sections(*words, option).values() for name in names} - {"path", "help", "help-all"}
+        first, everything = named("--help"), named("--help-all")
+        assert len(first) == 20 if words[0] == "run" else 10 < len(first) <= 20, first
+        assert first < everything and len(everything) > 30
+        assert {"images", "camera", "detector", "out"} <= first and {"set", "detector-size"} <= everything - first
+        assert ("token-file" in everything) == ("--viewer" in words)
+
+    @pytest.mark.parametrize("command", ["view", "serve", "merge", "odometry"])
+    def test_a_short_help_is_the_whole(self, command):
+        assert must_run(command, "--help").out == must_run(command, "--help-all").out
 
     @pytest.mark.parametrize("words,meant", [
         (["lokalize", "--map", "a.map"], "localize"), (["rnu", "walk.mp4"], "run"), (["map_objects"], "map-objects"), (["models", "gte", "yolox_nano"], "get"),

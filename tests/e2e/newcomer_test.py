@@ -80,8 +80,8 @@ class TestNewcomer(harness.InFolder):
                                    (["--detections", noise], "noise.txt"), (["--classes", self.path("none.yaml")], "none.yaml"), (["--map-in", noise], "noise.txt"),
                                    (["--scale-object", "cup"], "--scale-object"), (["--scale-object", "cpu=1"], "cpu"), (["--groundtruth", noise], "noise.txt"),
                                    (["--scale-from", "gt"], "--groundtruth"), (["--record", self.path("walk.avi")], "walk.avi"),
-                                   (["--viewer", "0", "--model", self.path("none.glb")], "none.glb"),
-                                   (["--viewer", taken.getsockname()[1]], str(taken.getsockname()[1])), (["--refine-camera", "--camera", noise], "noise.txt")):
+                                   (["--viewer", "--port", "0", "--model", self.path("none.glb")], "none.glb"),
+                                   (["--viewer", "--port", taken.getsockname()[1]], str(taken.getsockname()[1])), (["--refine-camera", "--camera", noise], "noise.txt")):
                 done = oaslam("run", self.video, "--out", self.path("refused"), *options)
                 assert done.code == 1, (options, done)
                 assert words in done.err
@@ -122,11 +122,11 @@ class TestNewcomer(harness.InFolder):
             assert message in done.err, args
 
     def test_values_that_may_be_left_out_are_numbers(self):
-        for options in (["--viewer"], ["--viewer", 0], ["--viewer=0"], ["--follow"], ["--follow", 2.5], ["--viewer", "--follow"]):
+        for options in (["--viewer"], ["--viewer", 0], ["--viewer=0"], ["--follow"], ["--follow", 2.5], ["--viewer", "--follow"], ["--viewer", "--port", 0], ["--viewer", 0, "--port", 0]):
             done = oaslam("run", *options, "no.mp4")
             assert done.code == 1, done
             assert "no.mp4: there is no such file" in done.err
-        for bad in (["--viewer=no.mp4"], ["--viewer", 99999], ["--follow=soon"], ["--follow", -3]):
+        for bad in (["--viewer=no.mp4"], ["--viewer", 99999], ["--follow=soon"], ["--follow", -3], ["--port", 8000], ["--port=x", "--viewer"]):
             done = oaslam("run", *bad, "no.mp4")
             assert done.code > 0, done
             assert bad[0].split("=")[0] in done.err

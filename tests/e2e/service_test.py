@@ -1,10 +1,12 @@
 """`oaslam serve`: localization, maps, anchors and streams over HTTP and WebSocket, and input that is not meant well."""
 import base64
 import copy
+import gzip
 import http.client
 import json
 import os
 import re
+import shutil
 import signal
 import struct
 import subprocess
@@ -172,6 +174,39 @@ class TestService(cluster.MapFolder):
         text = self.ask("GET", "/metrics").body.decode()
         assert re.search(r'oaslam_requests_total\{route="other",status="404"\} \d', text)
 
+    def test_bodies_as_a_page_or_a_proxy_sends_them(self):
+        path = "/v1/maps/desk/localize"
+        url = b"data:image/png;base64," + base64.b64encode(self.images[0])
+        for body, kind in ((url, "text/plain;charset=UTF-8"), (url, "image/jpeg"), (json.dumps({"images": [{"image": url.decode()}]}), "application/json")):
+            answer = self.ask("POST", path, body, Content_Type=kind)
+            assert answer.status == 200 and json.loads(answer.body)["results"][0]["found"], (kind, answer.body)
+        for method, at, kind in (("POST", path, "image/jpeg"), ("POST", path, "application/json"), ("POST", "/v1/maps/desk/anchors", "application/json"),
+                                 ("PATCH", "/v1/maps/desk/anchors/door", "application/json"), ("PUT", "/v1/maps/other", "application/octet-stream")):
+            answer = self.ask(method, at, b"", Content_Type=kind)
+            assert answer.status == 400 and json.loads(answer.body)["error"] == "body: is empty", (method, at, answer.body)
+        answer = self.ask("POST", path, b'{"images": [{"image": "data:,"}]}', Content_Type="application/json")
+        assert answer.status == 400 and "canvas of no size" in answer.body.decode()
+        answer = self.ask("POST", path, gzip.compress(self.images[0]), Content_Type="image/png", Content_Encoding="gzip")
+        assert answer.status == 415 and "gzip is not accepted" in answer.body.decode()
+        assert self.json(200, "GET", f"http://127.0.0.1:{self.server.port}/v1/maps")["maps"]
+        assert self.ask("GET", "http://evil.example/v1/maps").status == 403
+
+    def test_one_map_file_alone(self):
+        shutil.copy(self.path("maps", "desk.map"), self.path("maps", "hall.map"))
+        server = cluster.Server(self.folder, self.path("maps", "hall.map"), ["--detector", "none"])
+        write = {"Authorization": f"Bearer {cluster.WRITE}"}
+        try:
+            assert [m["name"] for m in json.loads(server.request("GET", "/v1/maps", None, write).body)["maps"]] == ["hall"]
+            assert server.request("GET", "/v1/maps/desk", None, write).status == 404
+            answer = server.request("PUT", "/v1/maps/desk", harness.read_bytes(self.path("maps", "desk.map")), write)
+            assert answer.status == 400 and "hall" in answer.body.decode(), answer
+            recorder = Stream(server.port, "/v1/maps/new/record", cluster.WRITE)
+            assert "alone is served" in recorder.next("error")["message"]
+            recorder.close()
+        finally:
+            server.end(signal.SIGTERM)
+            os.remove(self.path("maps", "hall.map"))
+
     def test_values_of_every_shape(self):
         """Each value of a valid request in turn is something else: the answer is 200 or 400."""
         image = {"camera": self.camera, "detections": self.boxes[10][:4], "gravity": [0, 9.8, 0], "prior": {"position": [0, 0, 0], "rotation": [0, 0, 0, 1]}}
@@ -223,7 +258,8 @@ class TestService(cluster.MapFolder):
         with open(tokens, "w") as f:
             f.write("admin token-of-an-admin\n")
         os.chmod(tokens, 0o600)
-        for options, message in ((["--maps", self.path("none")], "none"), (["--maps", maps, "--bind", "0.0.0.0"], "--tls-self-signed"),
+        for options, message in ((["--maps", self.path("none")], "none: is neither a folder nor a map file"),
+                                 (["--maps", harness.clip("map_front")[1]], "is no map file"), (["--maps", maps, "--bind", "0.0.0.0"], "--tls-self-signed"),
                                  (["--maps", maps, "--bind", "0.0.0.0", "--tls-self-signed"], "--token-file"),
                                  (["--maps", maps, "--tls-cert", "x"], "--tls-key"), (["--maps", maps, "--bind", "nowhere"], "expected an address"),
                                  (["--maps", maps, "--token-file", tokens], "expected: read TOKEN or write TOKEN"),

@@ -97,7 +97,7 @@ class TestViewer(harness.InFolder):
 
     def test_one_line_where_the_port_is_in_use(self):
         program = self.view()
-        for command in (["view", self.map, "--port", program.port], ["run", *harness.clip("map_front"), "--out", os.path.join(self.folder, "x"), "--viewer", program.port]):
+        for command in (["view", self.map, "--port", program.port], ["run", *harness.clip("map_front"), "--out", os.path.join(self.folder, "x"), "--viewer", "--port", program.port]):
             outcome = oaslam(*command)
             assert outcome.code == 1, outcome
             assert len(outcome.err.strip().splitlines()) == 1, outcome
@@ -172,14 +172,15 @@ class TestViewer(harness.InFolder):
             assert outcome.code != 0, outcome
             assert words in outcome.err, outcome
         for port in ("x", "70000", "-1", "0.5"):
-            outcome = oaslam("run", *harness.clip("map_front"), "--out", os.path.join(self.folder, "x"), f"--viewer={port}")
-            assert outcome.code > 0, outcome
-            assert re.search(f"--viewer.*{port}", outcome.err)
+            for option in ("--viewer", "--port"):
+                outcome = oaslam("run", *harness.clip("map_front"), "--out", os.path.join(self.folder, "x"), "--viewer", f"{option}={port}")
+                assert outcome.code > 0, outcome
+                assert re.search(f"{option}.*{port}", outcome.err), outcome
 
     def test_a_run_is_the_same_watched_or_not(self):
         """Viewers may stop reading, send many requests, or vanish."""
         out = os.path.join(self.folder, "watched")
-        self.program = program = Program("run", *harness.clip("map_front"), "--to", "200", "--out", out, "--viewer", "0", "--viewer-paused")
+        self.program = program = Program("run", *harness.clip("map_front"), "--to", "200", "--out", out, "--viewer", "--port", "0", "--viewer-paused")
         stalled = self.watch(program, receive_buffer=4096)
         gone = self.watch(program)
         viewer = self.watch(program)
@@ -209,7 +210,7 @@ class TestViewer(harness.InFolder):
 
     def test_ctrl_c_while_held_writes_the_results(self):
         out = os.path.join(self.folder, "held")
-        self.program = program = Program("run", *harness.clip("map_front"), "--out", out, "--viewer", "0")
+        self.program = program = Program("run", *harness.clip("map_front"), "--out", out, "--viewer", "--port", "0")
         viewer = self.watch(program)
         viewer.receive()
         viewer.send({"type": "command", "name": "pause", "on": True})
@@ -220,7 +221,7 @@ class TestViewer(harness.InFolder):
 
     def test_reset_and_stay(self):
         out = os.path.join(self.folder, "reset")
-        self.program = program = Program("run", *harness.clip("map_front"), "--to", "120", "--out", out, "--viewer", "0", "--viewer-paused", "--viewer-stay")
+        self.program = program = Program("run", *harness.clip("map_front"), "--to", "120", "--out", out, "--viewer", "--port", "0", "--viewer-paused", "--viewer-stay")
         viewer = self.watch(program)
         viewer.receive()
         for name in ("reset", "relocalize", "step", "step"):

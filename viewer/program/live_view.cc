@@ -9,6 +9,7 @@
 #include "common.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/relocalization/snapshot_content.h"
+#include "oaslam/util/bad_input.h"
 #include "server_options.h"
 
 namespace oaslam::apps {
@@ -30,11 +31,11 @@ decltype(ViewerOptions::align_groundtruth) AlignerOf(const std::vector<StampedPo
 }
 
 void LiveView::AddOptions(CLI::App& run) {
-  auto* viewer = run.add_option(
-      "--viewer", port_,
-      fmt::format("serve a page that shows the run, at port {} unless given; 0: any that is free",
-                  kViewerPort));
-  viewer->type_name("[PORT]")->check(CLI::Range(0, 65535));
+  // A number is accepted, as before there was --port, but help shows none.
+  auto* viewer = run.add_option("--viewer", port_, "serve a page that shows the run")
+                     ->type_name("")
+                     ->check(CLI::Range(0, 65535).description(""));
+  AddPortOption(run, server_)->needs(viewer);
   AddServerOptions(run, server_);
   run.add_flag("--viewer-stay", stays_, "go on serving the finished map until Ctrl-C")
       ->needs(viewer);
@@ -47,6 +48,9 @@ int LiveView::PortIfLeftOut() const { return kViewerPort; }
 
 ServerOptions LiveView::Server() const {
   ServerOptions server = server_;
+  if (*port_ == kViewerPort) return server;
+  if (server.port != kViewerPort && server.port != *port_)
+    throw BadInput("--viewer {}: --port {} gives another port", *port_, server.port);
   server.port = *port_;
   return server;
 }

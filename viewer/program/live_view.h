@@ -30,13 +30,14 @@ class LiveView : public RunView {
   void Finish(const SavedMap& saved, bool interrupted) override;
 
  private:
+  // Throws InputError where two ports are given.
   ServerOptions Server() const;
   void ShowStatus();
   void Tell(const Slam& slam, const std::string& anchor, const AnchorReport& report);
   void CarryOut(const ViewerCommand& command, Slam& slam, const std::function<void()>& reset);
 
-  std::optional<int> port_;  // --viewer [PORT]
-  ServerOptions server_{};   // its port is not used
+  std::optional<int> port_;  // --viewer, with the port where that is how it is given
+  ServerOptions server_{};
   bool stays_ = false, begins_paused_ = false;
   std::vector<std::string> model_files_;
   std::shared_ptr<const ModelLibrary> models_;

@@ -6,10 +6,11 @@
 
 namespace oaslam::apps {
 
-void AddPortOption(CLI::App& app, ServerOptions& options) {
+CLI::Option* AddPortOption(CLI::App& app, ServerOptions& options) {
   options.port = kViewerPort;
-  app.add_option("--port", options.port,
-                 fmt::format("port, {} unless given; 0: any that is free", kViewerPort))
+  return app
+      .add_option("--port", options.port,
+                  fmt::format("port, {} unless given; 0: any that is free", kViewerPort))
       ->check(CLI::Range(0, 65535));
 }
 

@@ -11,8 +11,8 @@ namespace oaslam::apps {
 
 constexpr int kViewerPort = MapViewerOptions::kDefaultPort;
 
-// --port, of a program that serves all the time.
-void AddPortOption(CLI::App& app, ServerOptions& options);
+// --port; returns the option.
+CLI::Option* AddPortOption(CLI::App& app, ServerOptions& options);
 // --model, files of models of virtual content; may be repeated. Returns the option.
 CLI::Option* AddModelOption(CLI::App& app, std::vector<std::string>& files);
 // --bind, --tls-cert, --tls-key, --tls-self-signed, --token-file, --insecure, --host: how a command

@@ -1,5 +1,5 @@
 /*
-sources 4814293c53b8c60ddb0bab0596adac070a081e4b86af3926f8a09c93772f1f85
+sources df149ba4827fc2c598a500b7c3b9f04cce1aa6dbecc8dfd055bed4bb029da58b
 
 OA-SLAM's visual odometry: Apache-2.0.
 */

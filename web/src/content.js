@@ -35,10 +35,11 @@ export class Content extends EventTarget {
   /** @type {Map<string, Loaded | null>} */
   models = new Map(); // by url; without a template until it is loaded, null where that failed
 
-  /** @param {EventTarget & { models: import("./messages").Model[] }} store */
-  constructor(store) {
+  /** @param {EventTarget & { models: import("./messages").Model[] }} store  @param {string} [base] the address before those of models */
+  constructor(store, base = "") {
     super();
     this.store = store;
+    this.base = base;
     this.loader = new GLTFLoader();
     store.addEventListener("hello", () => this.forget()); // the program may have been restarted with other files
   }
@@ -49,7 +50,8 @@ export class Content extends EventTarget {
   }
 
   urlOf(model) {
-    return this.store.models.find((m) => m.name === model)?.url;
+    const { url } = this.store.models.find((m) => m.name === model) ?? {};
+    return url && this.base + url;
   }
 
   // A group with the model, or a pin until it is loaded. Its user data: `isPin`, and `sides`, the extent along x, y, z.

@@ -20,7 +20,7 @@ import { News, Toast } from "./toast.jsx";
 const $ = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
 const store = new Store();
 const service = new Service(location);
-const content = new Content(store);
+const content = new Content(store, service.base);
 content.loader.setRequestHeader(service.headers);
 const mapView = new MapView($("map"), store, content);
 const imageView = new ImageView($("image"), store);

@@ -1,10 +1,13 @@
 import { Client, isToken } from "./client/client.js";
 
-/** The program that a page came from, and the token that opens it, by the page's own address: the token is in its part behind # (docs/service.md). */
+/**
+ * The program that a page came from, and the token that opens it, by the page's own address: its path leads to the program, where a proxy may give
+ * it one, and the token is in its part behind # (docs/service.md).
+ */
 export class Service extends Client {
-  /** @param {{ protocol: string, host: string, hash: string }} location */
-  constructor({ protocol, host, hash }) {
-    super(`${protocol}//${host}`);
+  /** @param {{ protocol: string, host: string, pathname: string, hash: string }} location  @param {string} [page] the path that the program has for the page, besides / */
+  constructor({ protocol, host, pathname, hash }, page = "/") {
+    super(`${protocol}//${host}${pathname.endsWith(page) ? pathname.slice(0, -page.length) : pathname}`);
     this.setToken(new URLSearchParams(hash.replace(/^#/, "")).get("token") ?? "");
   }
 

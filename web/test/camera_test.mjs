@@ -41,15 +41,18 @@ class Service {
     return { type: "hello", protocol: 1, map, digest: "d", may_write: this.mayWrite, models, anchors: this.anchors, objects: this.objects, up: [0, -1, 0], is_metric: true, ...more };
   }
 
-  async serve(page, origin = "http://localhost:8350") {
+  // `prefix`: of its paths, as a proxy gives one.
+  async serve(page, origin = "http://localhost:8350", prefix = "") {
     this.origin = origin;
+    this.prefix = prefix;
     await page.route("**/*", (route) => {
       const url = new URL(route.request().url());
       if (/^(blob|data):/.test(url.protocol)) return route.continue();
       this.requests.push(url.pathname);
-      assert.equal(url.origin, origin, "a request to elsewhere");
+      assert.ok(url.origin === origin && url.pathname.startsWith(prefix), `a request to elsewhere: ${url}`);
+      url.pathname = url.pathname.slice(prefix.length);
       if (!this.isUp) return route.abort("connectionrefused");
-      if (url.pathname === "/camera") return route.fulfill({ body: PAGE, contentType: "text/html", headers: { "Content-Security-Policy": POLICY } });
+      if (["/camera", "/"].includes(url.pathname)) return route.fulfill({ body: PAGE, contentType: "text/html", headers: { "Content-Security-Policy": POLICY } });
       if (url.pathname === "/oaslam_odometry.wasm") return route.fulfill({ body: MODULE, contentType: "application/wasm" });
       if (url.pathname.startsWith("/models/")) return route.fulfill({ status: 404, json: { error: "no such model" } });
       const isKnown = !this.token || route.request().headers().authorization === `Bearer ${this.token}`;
@@ -64,7 +67,9 @@ class Service {
   }
 
   connect(socket) {
-    const [, map, kind] = new URL(socket.url()).pathname.match(/^\/v1\/maps\/([^/]+)\/(track|record)$/);
+    const { pathname } = new URL(socket.url());
+    assert.ok(pathname.startsWith(this.prefix));
+    const [, map, kind] = pathname.slice(this.prefix.length).match(/^\/v1\/maps\/([^/]+)\/(track|record)$/);
     const isKnown = !this.token || socket.protocols().includes(`oaslam.token.${this.token}`);
     if (!this.isUp || !isKnown || (kind === "track" && !this.maps.includes(decodeURIComponent(map)))) return socket.close({ code: 1011 });
     assert.equal(socket.protocols()[0], "oaslam");
@@ -152,6 +157,22 @@ test("content stands in the picture where the pose and the lens put it, in any w
   assert.equal(await page.locator("#view .labels button:visible").count(), 1);
   assert.deepEqual(page.errors, []);
   await page.context().close();
+});
+
+test("behind a proxy that gives it a path: at the page's name, or where the path itself leads to the page", async () => {
+  const prefix = "/robots/7%20b";
+  for (const end of ["/camera", ""]) {
+    const service = new Service({ anchors: [{ ...anchorAt("pin", [0, 0, 1]), model: "flag" }] });
+    const page = await newPage(browser);
+    await service.serve(page, undefined, prefix);
+    await page.goto(`${service.origin}${prefix}${end}?map=desk`);
+    await page.locator("[data-action=start]").tap();
+    await isShowing(page);
+    await until(() => ["/oaslam_odometry.wasm", "/models/flag/flag.glb"].every((path) => service.requests.includes(prefix + path)));
+    assert.match(page.url(), /\?map=desk$/);
+    assert.deepEqual(page.errors.filter((error) => !/404/.test(error)), []);
+    await page.context().close();
+  }
 });
 
 test("the picture is shown without the distortion of its lens", async () => {

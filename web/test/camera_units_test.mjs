@@ -236,13 +236,21 @@ test("an anchor that is renamed here keeps its place in the list, and is followe
 });
 
 test("addresses and the token", () => {
-  const service = new Service({ protocol: "https:", host: "desk:8350", hash: "#token=a-b.c_d~1" });
+  const service = new Service({ protocol: "https:", host: "desk:8350", pathname: "/", hash: "#token=a-b.c_d~1" });
   assert.deepEqual(service.socketOf("my desk", "track"), { url: "wss://desk:8350/v1/maps/my%20desk/track", protocols: ["oaslam", "oaslam.token.a-b.c_d~1"] });
   assert.deepEqual(service.headers, { Authorization: "Bearer a-b.c_d~1" });
-  assert.deepEqual(new Service({ protocol: "https:", host: "desk", hash: "#token=no%20token%0a" }).headers, {});
-  const open = new Service({ protocol: "http:", host: "127.0.0.1", hash: "" });
+  assert.deepEqual(new Service({ protocol: "https:", host: "desk", pathname: "/", hash: "#token=no%20token%0a" }).headers, {});
+  const open = new Service({ protocol: "http:", host: "127.0.0.1", pathname: "/camera", hash: "" }, "/camera");
   assert.deepEqual(open.socketOf("a", "record"), { url: "ws://127.0.0.1/v1/maps/a/record", protocols: ["oaslam"] });
   assert.deepEqual(open.headers, {});
+});
+
+test("a proxy may give the pages a path", () => {
+  const base = (pathname, page) => new Service({ protocol: "https:", host: "h", pathname, hash: "" }, page).base;
+  for (const [pathname, expected] of [["/", ""], ["/a", "/a"], ["/a/", "/a"], ["/a/b//", "/a/b"], ["/camera", "/camera"]])
+    assert.equal(base(pathname), `https://h${expected}`, pathname);
+  for (const [pathname, expected] of [["/camera", ""], ["/a/camera", "/a"], ["/", ""], ["/a", "/a"], ["/a/", "/a"], ["/camera/", "/camera"], ["/camera/camera", "/camera"], ["/mycamera", "/mycamera"]])
+    assert.equal(base(pathname, "/camera"), `https://h${expected}`, pathname);
 });
 
 test("help: only where there is something to help with, and with the address to use", () => {

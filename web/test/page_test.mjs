@@ -6,6 +6,7 @@ import { copyFileSync, existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync,
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
+import { proxyOf } from "./proxy.mjs";
 
 const BINARY = process.env.OASLAM_BINARY;
 const CLIP = join(process.env.OASLAM_SOURCE_DIR, "data", "sample", "map_front");
@@ -194,7 +195,7 @@ test("a finished run: what the files say is what is drawn", async () => {
 });
 
 test("two viewers of a live run: it grows, is held, goes on, and is told to relocalize", async () => {
-  const { url, child, ended } = await serve("run", ...INPUT, "--out", join(folder, "live"), "--viewer", "0", "--viewer-stay", "--viewer-paused", "--mode", "live", "--fps", "10"); // slow enough for a browser without a graphics card
+  const { url, child, ended } = await serve("run", ...INPUT, "--out", join(folder, "live"), "--viewer", "--port", "0", "--viewer-stay", "--viewer-paused", "--mode", "live", "--fps", "10"); // slow enough for a browser without a graphics card
   const [page, other] = [await open(url), await open(url, { width: 1000, height: 700 })];
   for (const p of [page, other]) await p.waitForFunction(() => window.oaslam.store.status.paused);
   assert.equal(await stat(page, "landmarks"), 0);
@@ -641,7 +642,7 @@ test("a placed anchor is kept in the map file, and comes back when the camera is
   // Opened again, by a camera that comes from elsewhere and has to be found first.
   const around = join(process.env.OASLAM_SOURCE_DIR, "data", "sample", "query_around");
   const input = ["--images", `${around}/video.mp4`, "--camera", `${around}/camera.yaml`, "--detections", `${around}/detections.json`, "--to", "60"];
-  const run = await serve("run", ...input, "--map-in", copy, "--scale", "none", "--out", join(folder, "again"), "--map-out", join(folder, "again.map"), "--viewer", "0", "--viewer-stay", "--viewer-paused", "--mode", "live", "--fps", "10");
+  const run = await serve("run", ...input, "--map-in", copy, "--scale", "none", "--out", join(folder, "again"), "--map-out", join(folder, "again.map"), "--viewer", "--port", "0", "--viewer-stay", "--viewer-paused", "--mode", "live", "--fps", "10");
   const live = await open(run.url);
   await live.locator("[data-view=AR]").click();
   await live.locator("[data-tab=Anchors]").click();
@@ -717,6 +718,21 @@ test("models are made one unit long and put on their foot; one that does not loa
   assert.deepEqual(asked.sort(), ["bad.glb", "bad.glb", "good.glb", "good.glb"]);
   assert.deepEqual(page.errors.filter((error) => !/404/.test(error)), []);
   await page.close();
+});
+
+test("behind a proxy that gives it a path, with and without a slash at its end", async () => {
+  const { url } = await serve("view", map, "--port", "0");
+  const proxy = await proxyOf(url, "/robots/7%20b/view");
+  for (const end of ["/", ""]) {
+    const page = await open(proxy.url + end);
+    await page.waitForFunction(() => window.oaslam.mapView.layers.objects.count > 10);
+    await anchorsAt(page, [{ name: "a", model: "flag", size: 0.5, at: [0, 0, 0] }]);
+    await page.waitForFunction(() => window.oaslam.mapView.layers.anchors.shapes.get("a")?.userData.isPin === false);
+    assert.deepEqual(page.errors, []);
+    await page.close();
+  }
+  assert.deepEqual(proxy.others, []);
+  proxy.close();
 });
 
 test("the drawn camera is that of the image where its middle is not, and pixels are small", async () => {

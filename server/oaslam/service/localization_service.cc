@@ -168,7 +168,8 @@ HttpAnswer LocalizationService::DescribeMap(const ServedMap& map) {
 }
 
 HttpAnswer LocalizationService::PutMap(const std::string& name, const std::string& file) {
-  CheckMapName(name);
+  state_->shelf.store().CheckNew(name);
+  if (fs::file_size(file) == 0) throw InputError("body: is empty");
   try {
     const size_t bytes = BytesInMemory(LoadMap(file)), most = state_->shelf.memory_bytes();
     if (bytes > most)

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "oaslam/formats/base64.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/service/received_image.h"
 #include "oaslam/util/bad_input.h"
@@ -68,11 +67,8 @@ nlohmann::json ImageOfQuery(const HttpRequest& request) {
 ImageRequest ReadPostedImage(const JsonInput& json) {
   json.Only({"image", "camera", "detections", "gravity", "prior", "time"});
   ImageRequest request = ReadImageRequest(json);
-  if (const auto image = json.Find("image")) {
-    std::optional<std::string> bytes = DecodeBase64(image->Text());
-    if (!bytes) image->Refuse("is no base64");
-    request.bytes = std::move(*bytes);
-  }
+  if (const auto image = json.Find("image"))
+    request.bytes = BytesOfImageText(image->Text(), image->place());
   if (request.bytes.empty() && !request.detections)
     json.Refuse("has neither an image nor detections");
   if (request.bytes.empty() && request.camera.camera.width == 0)
@@ -124,10 +120,15 @@ LocalizeRequest ReadLocalizeRequest(HttpRequest request) {
   const std::string type =
       Lower(std::string(request.fields[boost::beast::http::field::content_type]));
   std::string mode = TextOf(request, "mode");
-  if (type.starts_with("image/jpeg") || type.starts_with("image/png")) {
+  // A page that sends what a canvas gives as a text says no more of it.
+  const bool is_text_of_image = IsDataUrl(request.body);
+  if (type.starts_with("image/jpeg") || type.starts_with("image/png") ||
+      (type.starts_with("text/plain") && is_text_of_image)) {
+    if (request.body.empty()) throw InputError("body: is empty");
     const nlohmann::json json = ImageOfQuery(request);
     read.images.push_back(ReadImageRequest(JsonInput(json, "query")));
-    read.images.back().bytes = std::move(request.body);
+    read.images.back().bytes =
+        is_text_of_image ? BytesOfImageText(request.body, "body") : std::move(request.body);
   } else if (type.starts_with("application/json")) {
     const nlohmann::json body = ParseJson(request.body, "body");
     const JsonInput json(body, "body");
@@ -136,7 +137,10 @@ LocalizeRequest ReadLocalizeRequest(HttpRequest request) {
       read.images.push_back(ReadPostedImage(image));
     if (const auto given = json.Find("mode")) mode = given->Text();
   } else {
-    throw BadInput("Content-Type: \"{}\", allowed: image/jpeg, image/png, application/json", type);
+    throw BadInput(
+        "Content-Type: \"{}\", allowed: image/jpeg, image/png, application/json, and text/plain of "
+        "a data: URL",
+        type);
   }
   if (!mode.empty()) read.mode = RelocalizationModeOf(mode);
   return read;

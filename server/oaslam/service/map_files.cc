@@ -7,11 +7,12 @@
 #include <chrono>
 #include <span>
 #include <system_error>
+#include <utility>
 
 #include "oaslam/crypto/sha256.h"
-#include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/storage/map_lock.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/printable.h"
 
@@ -106,15 +107,22 @@ bool IsMapName(const std::string& name) {
 
 }  // namespace
 
-MapFiles::MapFiles(const fs::path& folder) {
+MapFiles::MapFiles(const fs::path& folder_or_file) {
   std::error_code error;
-  folder_ = fs::canonical(folder, error);
+  folder_ = fs::canonical(folder_or_file, error);
+  if (!error && fs::is_regular_file(folder_, error)) {
+    name_ = folder_or_file.stem();
+    CheckMapName(name_);
+    file_ = std::exchange(folder_, folder_.parent_path());
+  }
   if (error || !fs::is_directory(folder_, error))
-    throw InputError(folder.string() + ": is no folder that can be read");
+    throw InputError(folder_or_file.string() +
+                     ": is neither a folder nor a map file that can be read");
   if (access(folder_.c_str(), R_OK | W_OK | X_OK) != 0)
-    throw InputError(folder.string() +
+    throw InputError((file_.empty() ? folder_or_file : folder_).string() +
                      ": must be writable, for the anchors that are edited while maps are served");
   own_ = std::make_shared<PrivateFolder>(folder_ / ".oaslam-serve");
+  if (!file_.empty()) return;
   for (const fs::path& file : FilesOfMaps(folder_))
     if (!IsMapName(file.stem()) && !file.string().starts_with('.'))
       Log(LogLevel::kWarning,
@@ -123,11 +131,17 @@ MapFiles::MapFiles(const fs::path& folder) {
           OnOneLine(Printable((folder_ / file).string()), 1000));
 }
 
+// Where in the folder the file of a map may be.
+std::vector<fs::path> MapFiles::PlacesOf(const std::string& map) const {
+  if (file_.empty()) return {map + ".map", map + ".oaslam", map + ".oaslam/map.oaslam"};
+  if (map == name_) return {file_.filename()};
+  return {};
+}
+
 // The path of the file of a map. A link is followed within the folder only.
 std::optional<fs::path> MapFiles::Locate(const std::string& map) const {
   CheckMapName(map);
-  for (const fs::path& place :
-       {fs::path(map + ".map"), fs::path(map + ".oaslam"), fs::path(map + ".oaslam/map.oaslam")}) {
+  for (const fs::path& place : PlacesOf(map)) {
     std::error_code error;
     const fs::path path = fs::canonical(folder_ / place, error);
     if (!error && fs::is_regular_file(path, error) && IsInside(path, folder_)) return path;
@@ -174,8 +188,12 @@ std::optional<StoredMap> MapFiles::Describe(const std::string& map, const fs::pa
 
 std::map<std::string, FileIdentity> MapFiles::Identities() {
   std::map<std::string, FileIdentity> found;
-  for (const fs::path& file : FilesOfMaps(folder_)) {
-    const std::string map = file.stem();
+  std::vector<std::string> maps;
+  if (!file_.empty())
+    maps.push_back(name_);
+  else
+    for (const fs::path& file : FilesOfMaps(folder_)) maps.push_back(file.stem());
+  for (const std::string& map : maps) {
     if (!IsMapName(map)) continue;
     const std::optional<fs::path> path = Locate(map);
     struct stat status;
@@ -216,13 +234,19 @@ std::optional<MapFile> MapFiles::Open(const std::string& map) {
   return file;
 }
 
-StoredMap MapFiles::Put(const std::string& map, const fs::path& file) {
+void MapFiles::CheckNew(const std::string& map) const {
   CheckMapName(map);
+  if (!file_.empty() && map != name_)
+    throw BadInput("the map \"{}\" alone is served, no other can be stored", name_);
+}
+
+StoredMap MapFiles::Put(const std::string& map, const fs::path& file) {
+  CheckNew(map);
   std::error_code error;
   const fs::path source = fs::canonical(file, error);
   if (error || !fs::is_regular_file(source, error))
     throw InputError(file.string() + ": cannot be read");
-  const fs::path target = Locate(map).value_or(folder_ / (map + ".map"));
+  const fs::path target = Locate(map).value_or(folder_ / PlacesOf(map).front());
   const fs::path copy = own_->NewPath();
   const std::shared_ptr<void> hold = HoldFile(own_, copy);
   Copy(source, copy);

@@ -36,8 +36,10 @@ class MapFolder : public MapStore {
   }
 
  public:
-  explicit MapFolder(const std::string& folder)
-      : files_(folder), edits_path_(files_.folder() / "service.sqlite"), edits_(edits_path_) {}
+  explicit MapFolder(const std::string& folder_or_file)
+      : files_(folder_or_file),
+        edits_path_(files_.folder() / "service.sqlite"),
+        edits_(edits_path_) {}
 
   ~MapFolder() override { MapFolder::EndWatch(); }
 
@@ -53,6 +55,8 @@ class MapFolder : public MapStore {
   std::vector<StoredMap> Maps() override { return files_.Maps(); }
   std::optional<StoredMap> Find(const std::string& map) override { return files_.Find(map); }
   std::optional<MapFile> Open(const std::string& map) override { return files_.Open(map); }
+
+  void CheckNew(const std::string& map) override { files_.CheckNew(map); }
 
   StoredMap Put(const std::string& map, const std::filesystem::path& file) override {
     const bool is_new = !files_.Find(map);
@@ -156,8 +160,8 @@ class MapFolder : public MapStore {
 
 }  // namespace
 
-std::unique_ptr<MapStore> OpenMapFolder(const std::string& folder) {
-  return std::make_unique<MapFolder>(folder);
+std::unique_ptr<MapStore> OpenMapFolder(const std::string& folder_or_file) {
+  return std::make_unique<MapFolder>(folder_or_file);
 }
 
 }  // namespace oaslam

@@ -199,9 +199,40 @@ TEST_F(MapFolderTest, LeftoversOfDeadProcessesAreRemoved) {
 }
 
 TEST_F(MapFolderTest, FoldersThatCannotBeUsedAreRefused) {
-  EXPECT_INPUT_ERROR(OpenMapFolder(folder / "missing"), HasSubstr("missing: is no folder"));
-  const std::string file = folder.Write("a.map", "");
-  EXPECT_INPUT_ERROR(OpenMapFolder(file), HasSubstr("is no folder"));
+  EXPECT_INPUT_ERROR(OpenMapFolder(folder / "missing"),
+                     HasSubstr("missing: is neither a folder nor a map file"));
+  EXPECT_INPUT_ERROR(OpenMapFolder("/dev/null"), HasSubstr("null: is neither a folder nor"));
+  EXPECT_INPUT_ERROR(OpenMapStore(folder.Write("film.mp4", "film")),
+                     HasSubstr("film.mp4: is no map file"));
+}
+
+TEST_F(MapFolderTest, AFileIsServedAloneAndStaysAlone) {
+  const TempFolder other;
+  folder.Write("desk.db", "1");
+  folder.Write("hall.map", "22");
+  fs::create_symlink(folder / "desk.db", other / "link.map");
+  const std::unique_ptr<MapStore> store = OpenMapFolder(folder / "desk.db");
+  EXPECT_THAT(Names(*store), ElementsAre("desk"));
+  EXPECT_EQ(ContentOf(store->Open("desk")), "1");
+  EXPECT_FALSE(store->Find("hall"));
+  EXPECT_FALSE(store->Open("hall"));
+  EXPECT_FALSE(store->Remove("hall"));
+  const std::string file = other.Write("x", "new");
+  for (const auto& put : {+[](MapStore&to, const std::string&) { to.CheckNew("new"); },
+                          +[](MapStore&to, const std::string&from) { to.Put("new", from); }})
+    EXPECT_INPUT_ERROR(put(*store, file), HasSubstr("the map \"desk\" alone is served"));
+  // It is replaced where it is, also after it was removed.
+  store->Put("desk", file);
+  EXPECT_TRUE(store->Remove("desk"));
+  EXPECT_TRUE(store->Maps().empty());
+  store->Put("desk", file);
+  EXPECT_EQ(folder.Read("desk.db"), "new");
+  // Its anchors are those that it has when its folder is served.
+  folder.Write("desk.map", "3");
+  ASSERT_TRUE(store->EditAnchor("desk", "a", FolderFlag(), true));
+  EXPECT_EQ(OpenMapFolder(folder.path())->AnchorsSince("desk", 0).entries.size(), 1u);
+  // A link names the map, and what it points to is the file.
+  EXPECT_EQ(ContentOf(OpenMapFolder(other / "link.map")->Open("link")), "new");
 }
 
 // What is wrong with the file of edits after these statements, or after its content is overwritten.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "oaslam/storage/map_file.h"
 #include "oaslam/util/bad_input.h"
 
 namespace oaslam {
@@ -42,6 +43,8 @@ void CheckMapName(const std::string& name) {
 std::unique_ptr<MapStore> OpenMapStore(const std::string& location) {
   if (location.starts_with("postgresql://") || location.starts_with("postgres://"))
     return OpenMapDatabase(location);
+  std::error_code error;
+  if (std::filesystem::is_regular_file(location, error)) LoadMap(location);  // refuses a bad one
   return OpenMapFolder(location);
 }
 

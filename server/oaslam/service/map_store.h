@@ -52,6 +52,10 @@ struct AnchorEdits {
   std::vector<AnchorEntry> entries;
 };
 
+// Throws InputError where a map cannot have this name: 1 to 200 bytes of UTF-8, no '/' and no
+// control character among them, the first no '.'.
+void CheckMapName(const std::string& name);
+
 // Where the maps of a service are, with the anchors that are edited while they are served.
 // Thread-safe; other servers may use the same store at the same time. Edits are
 // whole, and of two edits of one anchor the later one wins. Functions throw InputError for a name
@@ -64,6 +68,8 @@ class MapStore {
   virtual std::optional<StoredMap> Find(const std::string& map) = 0;
   // Nothing where there is no such map.
   virtual std::optional<MapFile> Open(const std::string& map) = 0;
+  // Throws InputError where Put would refuse a map of this name.
+  virtual void CheckNew(const std::string& map) { CheckMapName(map); }
   // Stores a copy of a map file, in place of the map of that name if there is one; readers have
   // the old one or the new one. The file was checked before. The anchors stay; to replace a map is
   // an edit of them all the same, since those of its file are others.
@@ -88,17 +94,14 @@ class MapStore {
   virtual void EndWatch() = 0;
 };
 
-// Throws InputError where a map cannot have this name: 1 to 200 bytes of UTF-8, no '/' and no
-// control character among them, the first no '.'.
-void CheckMapName(const std::string& name);
-
 // The maps of a folder: NAME.map and NAME.oaslam files, and map.oaslam in folders NAME.oaslam as
-// `oaslam run` makes them. Anchors are in one SQLite file in it. With a location
+// `oaslam run` makes them. Anchors are in one SQLite file in it. Of a map file the map NAME alone,
+// with its anchors in the same file of its folder. With a location
 // that begins with postgresql:// or postgres://, those of a PostgreSQL database, whose tables are
 // created where they are missing. Throws InputError where the location cannot be used.
 std::unique_ptr<MapStore> OpenMapStore(const std::string& location);
-// Its two kinds.
-std::unique_ptr<MapStore> OpenMapFolder(const std::string& folder);
+// Its two kinds. A single file is not read here.
+std::unique_ptr<MapStore> OpenMapFolder(const std::string& folder_or_file);
 std::unique_ptr<MapStore> OpenMapDatabase(const std::string& location);
 
 // Throws InputError where a store cannot keep this edit: a name or a model that is not 1 to 64

@@ -4,11 +4,15 @@
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
 
+#include "oaslam/formats/base64.h"
 #include "oaslam/util/bad_input.h"
+#include "oaslam/util/lower.h"
+#include "oaslam/util/uri.h"
 
 namespace oaslam {
 namespace {
 
+constexpr std::string_view kData = "data:";
 constexpr std::string_view kPngStart = "\x89PNG\r\n\x1a\n", kJpegStart = "\xff\xd8\xff";
 
 uint32_t BigEndian(std::string_view bytes, size_t at, size_t count) {
@@ -59,6 +63,28 @@ std::optional<cv::Size> SizeOfJpeg(std::string_view bytes) {
 }
 
 }  // namespace
+
+bool IsDataUrl(std::string_view text) { return Lower(text.substr(0, kData.size())) == kData; }
+
+std::string BytesOfImageText(std::string_view text, const std::string& what) {
+  std::optional<std::string> bytes;
+  if (IsDataUrl(text)) {
+    const size_t comma = text.find(',');
+    if (comma == std::string_view::npos)
+      throw InputError(what + ": is a data: URL without a comma");
+    const bool is_base64 = Lower(text.substr(0, comma)).ends_with(";base64");
+    const std::string_view data = text.substr(comma + 1);
+    if (data.empty())
+      throw InputError(what + ": is a data: URL without data, as a canvas of no size gives it");
+    if (!is_base64) throw InputError(what + ": is a data: URL, but not of base64");
+    const std::optional<std::string> plain = DecodePercent(data);
+    if (plain) bytes = DecodeBase64(*plain);
+  } else {
+    bytes = DecodeBase64(text);
+  }
+  if (!bytes) throw InputError(what + ": is no base64");
+  return *std::move(bytes);
+}
 
 cv::Size SizeOfReceivedImage(std::string_view bytes) {
   constexpr int64_t kMostPixels = 50'000'000;  // of the largest phone cameras as they save; 150 MB

@@ -26,6 +26,26 @@ TEST(ReceivedImage, IsDecodedAsItWasSent) {
   }
 }
 
+TEST(ReceivedImage, ATextIsBase64OrTheDataUrlOfACanvas) {
+  for (const char* text :
+       {"Zm9vYg==", "data:image/jpeg;base64,Zm9vYg==", "DATA:image/png;name=a.png;Base64,Zm9vYg==",
+        "data:;base64,Zm9vYg%3D%3D"})
+    EXPECT_EQ(BytesOfImageText(text, "image"), "foob") << text;
+  EXPECT_TRUE(IsDataUrl("Data:,"));
+  EXPECT_FALSE(IsDataUrl("data"));
+  for (const auto& [text, problem] :
+       {std::pair{"data:,", "without data, as a canvas of no size gives it"},
+        {"data:image/jpeg;base64,", "without data"},
+        {"data:image/jpeg;base64", "without a comma"},
+        {"data:image/svg+xml,<svg/>", "not of base64"},
+        {"data:image/jpeg;base64,Zm9v Yg==", "is no base64"},
+        {"data:image/jpeg;base64,Zm9vYg%3", "is no base64"},
+        {"blob:http://a/b", "is no base64"}})
+    EXPECT_INPUT_ERROR(BytesOfImageText(text, "images[0].image"),
+                       AllOf(StartsWith("images[0].image: is "), HasSubstr(problem)))
+        << text;
+}
+
 TEST(ReceivedImage, OtherFormatsAreRefusedBeforeADecoderSeesThem) {
   const auto error_of = [](const std::string& bytes) {
     return InputErrorOf([&] { SizeOfReceivedImage(bytes); });

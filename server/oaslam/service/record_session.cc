@@ -50,7 +50,7 @@ class Recording : public StreamWork {
 };
 
 StreamStep Recording::Begin() {
-  CheckMapName(name_);
+  state_->shelf.store().CheckNew(name_);
   if (state_->shelf.store().Find(name_))
     return {{{{"type", "error"}, {"message", fmt::format("there is a map \"{}\" already", name_)}}},
             true};

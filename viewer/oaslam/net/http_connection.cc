@@ -108,16 +108,13 @@ class HttpConnection : public Connection,
     if (error) return Answer(TextAnswer(http::status::bad_request, "bad request\n"));
     version_ = head_->get().version();
     std::optional<HttpRequest> request = RequestOf(head_->get(), address_, is_local_);
-    // The end of a body in an unknown coding cannot be found.
-    const bool has_unknown_body =
-        head_->get().count(http::field::transfer_encoding) > 0 && !head_->chunked();
-    if (!request || has_unknown_body)
-      return Answer(TextAnswer(http::status::bad_request, "bad request\n"));
+    if (!request) return Answer(TextAnswer(http::status::bad_request, "bad request\n"));
     is_head_ = request->method == http::verb::head;
     request_ = std::move(*request);
     Guarded([this] {
-      if (std::optional<HttpAnswer> refusal = CheckRequest(*core_, request_))
-        return Answer(std::move(*refusal));
+      std::optional<HttpAnswer> refusal = CheckRequest(*core_, request_);
+      if (!refusal) refusal = CheckCoding(request_.fields);
+      if (refusal) return Answer(std::move(*refusal));
       if (beast::websocket::is_upgrade(head_->get())) return Upgrade();
       ReadBody();
     });

@@ -50,6 +50,25 @@ TEST_F(Http, MalformedRequestsAreRefusedAndOthersStillAnswered) {
   EXPECT_THAT(AnswerTo(server, Get("/a", "Connection: close\r\n")), EndsWith("/a "));
 }
 
+TEST_F(Http, TheHostOfAWholeAddressCounts) {
+  const TestServer server(service_);
+  const auto answer = [&](const std::string& target) {
+    return AnswerTo(server, Get(target, "Connection: close\r\n"));
+  };
+  EXPECT_THAT(answer("http://127.0.0.1:99/a?x=1"), EndsWith("\r\n\r\n/a "));
+  EXPECT_THAT(answer("http://evil.example/a"), StartsWith("HTTP/1.1 403 "));
+  EXPECT_THAT(answer("http://user@localhost/a"), StartsWith("HTTP/1.1 403 "));
+}
+
+TEST_F(Http, ABodyInACodingIsRefused) {
+  const TestServer server(service_);
+  for (const char* length : {"Content-Length: 4\r\n", "Transfer-Encoding: chunked\r\n"})
+    EXPECT_THAT(AnswerTo(server, Post(std::string("Content-Encoding: gzip\r\n") + length, "")),
+                AllOf(StartsWith("HTTP/1.1 415 "), HasSubstr("gzip is not accepted")));
+  EXPECT_THAT(AnswerTo(server, Post("Transfer-Encoding: gzip, chunked\r\n", "")),
+              AllOf(StartsWith("HTTP/1.1 400 "), HasSubstr("gzip, chunked is not accepted")));
+}
+
 TEST_F(Http, WhatEndsTooEarlyIsNotARequest) {
   const TestServer server(service_);
   for (const std::string& bytes :

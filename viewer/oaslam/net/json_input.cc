@@ -17,6 +17,7 @@ nlohmann::json ParseJson(std::string_view text, const std::string& what) {
     if (depth > kDeepest) throw BadInput("{}: is nested more than {} deep", what, kDeepest);
     return true;
   };
+  if (text.empty()) throw InputError(what + ": is empty");
   try {
     return nlohmann::json::parse(text, check_depth);
   } catch (const nlohmann::json::parse_error& error) {

@@ -16,11 +16,12 @@ std::string ProblemOf(const json& value, const std::function<void(const JsonInpu
 
 TEST(ParseJson, TellsWhereTextIsNone) {
   EXPECT_EQ(ParseJson(R"( {"a": [1, null]} )", "body"), (json{{"a", {1, nullptr}}}));
-  for (const char* text : {"", "{", "[1,]", "{'a': 1}", "nul", "[1] 2", "\"\xff\"", "{\"a\" 1}"})
+  for (const char* text : {" ", "{", "[1,]", "{'a': 1}", "nul", "[1] 2", "\"\xff\"", "{\"a\" 1}"})
     EXPECT_INPUT_ERROR(ParseJson(text, "body"),
                        AllOf(StartsWith("body: is no JSON, as character "), Not(HasSubstr("\n"))))
         << text;
   EXPECT_INPUT_ERROR(ParseJson("[1, x]", "body"), HasSubstr("character 5 "));
+  EXPECT_INPUT_ERROR(ParseJson("", "body"), StrEq("body: is empty"));
   EXPECT_INPUT_ERROR(ParseJson("[1e999]", "body"), HasSubstr("out of range"));
   EXPECT_THROW(ParseJson(std::string(100'000, '['), "body"), InputError);
   // What is whole, but would exhaust the stack of who copies it.

@@ -1,6 +1,7 @@
 #include "oaslam/net/request_check.h"
 
 #include <map>
+#include <tuple>
 
 #include "matchers.h"
 #include "temp_folder.h"
@@ -33,9 +34,54 @@ TEST(RequestOf, DecodesThePathAndTheQuery) {
 }
 
 TEST(RequestOf, ATargetThatIsNoPathIsNoRequest) {
-  for (const char* target : {"", "*", "maps", "http://localhost/", "localhost:80", "/%", "/%4",
-                             "/%zz", "/a%00b", "/?x=%", "/?%0g=1", "/?a=%00", "%2Fmaps/%"})
+  for (const char* target :
+       {"", "*", "maps", "localhost:80", "/%", "/%4", "/%zz", "/a%00b", "/?x=%", "/?%0g=1",
+        "/?a=%00", "%2Fmaps/%", "ftp://localhost/", "http:/localhost/", "http://localhost/%"})
     EXPECT_FALSE(Requested(target)) << target;
+}
+
+TEST(RequestOf, AWholeAddressHasAPathAndTheHost) {
+  for (const auto& [target, host, path] :
+       {std::tuple{"http://desk:8340/v1/a%20b", "desk:8340", "/v1/a b"},
+        {"HTTPS://desk/", "desk", "/"},
+        {"http://[::1]:80", "[::1]:80", "/"},
+        {"http://desk?since=3", "desk", "/"},
+        {"http://a@desk//v1", "a@desk", "/v1"},
+        {"http:///v1", "", "/v1"}}) {
+    const auto request = Requested(target);
+    ASSERT_TRUE(request) << target;
+    EXPECT_EQ(request->path, path);
+    EXPECT_EQ(request->fields[http::field::host], host);
+  }
+  EXPECT_EQ(Requested("http://desk?since=3")->query.at("since"), "3");
+}
+
+TEST(RequestOf, SlashesThatAProxyDoublesCountOnce) {
+  EXPECT_EQ(Requested("//ws")->path, "/ws");
+  EXPECT_EQ(Requested("///")->path, "/");
+  EXPECT_EQ(Requested("//v1//maps")->path, "/v1//maps");
+}
+
+TEST(CheckCoding, ABodyInACodingIsRefusedByItsName) {
+  const auto answer = [](const std::map<std::string, std::string>& fields) {
+    http::fields head;
+    for (const auto& [name, value] : fields) head.insert(name, value);
+    return CheckCoding(head);
+  };
+  for (const char* coding : {"gzip", "br", "identity, gzip", "a\xff"}) {
+    const auto refusal = answer({{"Content-Encoding", coding}, {"Content-Length", "9"}});
+    ASSERT_TRUE(refusal) << coding;
+    EXPECT_EQ(refusal->status, http::status::unsupported_media_type);
+    EXPECT_THAT(refusal->fields, ElementsAre(Pair("Accept-Encoding", "identity")));
+  }
+  EXPECT_EQ(answer({{"Content-Encoding", "gzip"}, {"Transfer-Encoding", "chunked"}})->body,
+            "Content-Encoding: gzip is not accepted, the body must be sent as it is\n");
+  EXPECT_EQ(answer({{"Transfer-Encoding", "gzip, chunked"}})->body,
+            "Transfer-Encoding: gzip, chunked is not accepted, allowed: chunked\n");
+  EXPECT_FALSE(answer({{"Content-Encoding", "Identity"}, {"Content-Length", "9"}}));
+  EXPECT_FALSE(answer({{"Content-Encoding", "gzip"}}));
+  EXPECT_FALSE(answer({{"Content-Encoding", "gzip"}, {"Content-Length", "0"}}));
+  EXPECT_FALSE(answer({{"Transfer-Encoding", "Chunked"}}));
 }
 
 // What a server with tokens says to a request with these fields, for something that needs `needed`.

@@ -22,9 +22,9 @@ const parameters = new URLSearchParams(location.search);
 const share = parameters.get("share") === "features" ? "features" : "images";
 
 const $ = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
-const service = new Service(location);
+const service = new Service(location, "/camera");
 const state = new MapState();
-const content = new Content(state);
+const content = new Content(state, service.base);
 content.loader.setRequestHeader(service.headers);
 const gravity = new GravitySensor();
 const gyroscope = new Gyroscope();

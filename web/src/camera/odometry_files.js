@@ -1,4 +1,4 @@
-// The odometry of this page: its worker is part of the page (build.mjs), its module lies beside the page.
+// The odometry of this page: its worker is part of the page (build.mjs), its module a file of the program.
 import thread from "oaslam:odometry_thread";
 
 /** @type {string | null} */ let url = null;
@@ -7,4 +7,5 @@ export function odometryThread() {
   return new Worker(url, { type: "module" });
 }
 
-export const WASM = new URL("oaslam_odometry.wasm", document.baseURI);
+/** @param {import("../service.js").Service} service */
+export const moduleOf = (service) => new URL(`${service.base}/oaslam_odometry.wasm`);

@@ -4,7 +4,7 @@ import { DeviceTracker } from "../device/device_tracker.js";
 import { Stream } from "../device/stream.js";
 import { sentSize } from "./intrinsics.js";
 import { LocalMap } from "./local_map.js";
-import { odometryThread, WASM } from "./odometry_files.js";
+import { moduleOf, odometryThread } from "./odometry_files.js";
 
 const RECORD_INTERVAL = 60; // ms between images of a new map while the answer is on its way
 const NO_POINTS = new Float32Array(0);
@@ -40,13 +40,13 @@ export class Session extends EventTarget {
     this.map = map;
     this.kind = kind;
     if (kind === "record") this.stream = new Stream({ ...service.socketOf(map, kind), comesBack: false });
-    else this.follow(kind === "track" ? { url: service.base, map, token: service.token } : null, share);
+    else this.follow(kind === "track" ? { url: service.base, map, token: service.token } : null, share, moduleOf(service));
     this.stream?.addEventListener("link", (/** @type {any} */ { detail }) => this.takeLink(detail));
     this.stream?.addEventListener("message", (/** @type {any} */ { detail }) => this.take(detail));
   }
 
-  follow(service, share) {
-    const tracker = new DeviceTracker({ service, share, wasm: WASM, worker: odometryThread });
+  follow(service, share, wasm) {
+    const tracker = new DeviceTracker({ service, share, wasm, worker: odometryThread });
     this.tracker = tracker;
     this.stream = tracker.stream;
     tracker.addEventListener("camera", (/** @type {any} */ { detail }) => this.cameras.remember(this.source.lens, detail));
