@@ -77,6 +77,7 @@ DETECTIONS = [
     [{"image": "7.png", "label": [{"original_width": 640, "original_height": 480, "points": [[1, 2], [3, 4]], "polygonlabels": ["cup"]}]}],
 ]
 SETTINGS = ["features:\n  count: 500\n  resolution: 320\nobjects:\n  min_score: 0.4\n", "features.count=200"]
+IMAGE_URL = "data:image/png;name=a;base64," + base64.b64encode(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + struct.pack(">II", 32, 32)).decode() + "%3D"
 CLASSES = ["names: {0: person, 100: head, 101: statue}\nparts: {head: statue}\nmovable: [person]\n",
            "names: [cup, book]\n", "person\ncup\n"]
 
@@ -194,11 +195,15 @@ def seeds():
         "dataset": datasets(),
         "gltf": [glb_text, b'{"buffers": [{"uri": "a%20b.bin"}], "images": [{"uri": "../x.png"}]}', b'{"images": [{"uri": "model.gltf"}]}'],
         "http": [b"GET /a%20b?c=d&e HTTP/1.1\r\nHost: localhost\r\n\r\n",
+                 b"GET http://[::1]:80//a?b HTTP/1.1\r\nHost: a\r\n\r\n",
+                 b"POST HTTPS://localhost HTTP/1.1\r\nContent-Encoding: identity\r\nContent-Length: 1\r\n\r\na",
                  b"POST /file HTTP/1.1\r\nHost: localhost\r\nContent-Length: 3\r\nExpect: 100-continue\r\n\r\nabc",
                  b"POST / HTTP/1.1\r\nHost: localhost\r\nOrigin: http://localhost\r\nTransfer-Encoding: chunked\r\n\r\n3\r\nabc\r\n0\r\n\r\n"],
         "websocket": [frame(1, b'{"a": 1}') + frame(9, b"") + frame(8, b"\x03\xe8"), frame(2, bytes(100))],
         "service": [f"{method} {path} application/json\n{json.dumps(body) if body else ''}".encode()
-                    for method, path, body in requests()],
+                    for method, path, body in requests()] +
+                   [f"POST /v1/maps/desk/localize {kind}\n{IMAGE_URL}".encode() for kind in ("text/plain", "image/png")] +
+                   [f'POST /v1/maps/desk/localize application/json\n{{"images": [{{"image": "{IMAGE_URL}"}}]}}'.encode()],
     }
 
 

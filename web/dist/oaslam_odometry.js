@@ -1,5 +1,5 @@
 /*
-sources df149ba4827fc2c598a500b7c3b9f04cce1aa6dbecc8dfd055bed4bb029da58b
+sources aaf9865387295a7344ca84427d5825ed9e6d04537d9b189775548497205c9882
 
 OA-SLAM's visual odometry: Apache-2.0.
 */

@@ -37,8 +37,13 @@ bool IsAllowedHost(std::string_view host, const std::vector<std::string>& names)
 }
 
 bool IsAllowedOrigin(std::string_view origin, std::string_view host) {
-  return origin.empty() || Lower(origin) == "http://" + Lower(host) ||
-         Lower(origin) == "https://" + Lower(host);
+  if (origin.empty()) return true;
+  // An origin leaves out the port of its scheme; some proxies add it to the host.
+  const auto is_host_over = [&](std::string_view scheme, std::string_view port) {
+    const std::string whole = std::string(scheme) + Lower(host), given = Lower(origin);
+    return given == whole || given + std::string(port) == whole;
+  };
+  return is_host_over("http://", ":80") || is_host_over("https://", ":443");
 }
 
 }  // namespace oaslam

@@ -27,5 +27,15 @@ TEST(HostPolicy, OnlyTheVeryHostIsAnOrigin) {
     EXPECT_FALSE(IsAllowedOrigin(origin, "localhost:8340")) << origin;
 }
 
+// As proxies pass on the host with it.
+TEST(HostPolicy, TheUsualPortOfASchemeIsNoneInAnOrigin) {
+  EXPECT_TRUE(IsAllowedOrigin("https://maps.example", "Maps.example:443"));
+  EXPECT_TRUE(IsAllowedOrigin("http://[::1]", "[::1]:80"));
+  EXPECT_TRUE(IsAllowedOrigin("https://maps.example", "maps.example"));
+  EXPECT_FALSE(IsAllowedOrigin("https://maps.example", "maps.example:80"));
+  EXPECT_FALSE(IsAllowedOrigin("http://maps.example", "maps.example:443"));
+  EXPECT_FALSE(IsAllowedOrigin("https://maps.example", "maps.example:8443"));
+}
+
 }  // namespace
 }  // namespace oaslam

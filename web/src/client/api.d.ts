@@ -43,7 +43,7 @@ export interface Detection {
 export type Mode = "points" | "objects" | "points+objects";
 
 export interface Image {
-  /** JPEG or PNG; without it the detections alone are used */ image?: string;
+  /** JPEG or PNG, also as a data: URL; without it the detections alone are used */ image?: string;
   camera?: Camera;
   detections?: Detection[];
   gravity?: Vector;
