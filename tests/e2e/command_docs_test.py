@@ -90,7 +90,8 @@ class TestCommandDocs(harness.InFolder):
         self.check_shell(shell)
 
     def commands(self, path=()):
-        text = subprocess.run([VIEWER, *path, "--help-all" if len(path) == 1 else "--help"], capture_output=True, text=True, check=True).stdout
+        option = "--help-all" if path in (("run",), ("localize",)) else "--help"
+        text = subprocess.run([VIEWER, *path, option], capture_output=True, text=True, check=True).stdout
         yield path, text
         if "\nSubcommands:\n" in text:
             for name in re.findall(r"^  ([\w-]+)", text.split("\nSubcommands:\n")[1], re.M):

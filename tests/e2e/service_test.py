@@ -177,7 +177,7 @@ class TestService(cluster.MapFolder):
     def test_bodies_as_a_page_or_a_proxy_sends_them(self):
         path = "/v1/maps/desk/localize"
         url = b"data:image/png;base64," + base64.b64encode(self.images[0])
-        for body, kind in ((url, "text/plain;charset=UTF-8"), (url, "image/jpeg"), (json.dumps({"images": [{"image": url.decode()}]}), "application/json")):
+        for body, kind in ((url, "text/plain;charset=UTF-8"), (url, "image/jpeg"), (json.dumps({"images": [{"image": url.decode()}]}).encode(), "application/json")):
             answer = self.ask("POST", path, body, Content_Type=kind)
             assert answer.status == 200 and json.loads(answer.body)["results"][0]["found"], (kind, answer.body)
         for method, at, kind in (("POST", path, "image/jpeg"), ("POST", path, "application/json"), ("POST", "/v1/maps/desk/anchors", "application/json"),
@@ -192,20 +192,20 @@ class TestService(cluster.MapFolder):
         assert self.ask("GET", "http://evil.example/v1/maps").status == 403
 
     def test_one_map_file_alone(self):
-        shutil.copy(self.path("maps", "desk.map"), self.path("maps", "hall.map"))
-        server = cluster.Server(self.folder, self.path("maps", "hall.map"), ["--detector", "none"])
+        shutil.copy(self.path("maps/desk.map"), self.path("maps/hall.map"))
+        server = cluster.Server(self.folder, self.path("maps/hall.map"), ["--detector", "none"])
         write = {"Authorization": f"Bearer {cluster.WRITE}"}
         try:
             assert [m["name"] for m in json.loads(server.request("GET", "/v1/maps", None, write).body)["maps"]] == ["hall"]
             assert server.request("GET", "/v1/maps/desk", None, write).status == 404
-            answer = server.request("PUT", "/v1/maps/desk", harness.read_bytes(self.path("maps", "desk.map")), write)
+            answer = server.request("PUT", "/v1/maps/desk", harness.read_bytes(self.path("maps/desk.map")), write)
             assert answer.status == 400 and "hall" in answer.body.decode(), answer
             recorder = Stream(server.port, "/v1/maps/new/record", cluster.WRITE)
             assert "alone is served" in recorder.next("error")["message"]
             recorder.close()
         finally:
             server.end(signal.SIGTERM)
-            os.remove(self.path("maps", "hall.map"))
+            os.remove(self.path("maps/hall.map"))
 
     def test_values_of_every_shape(self):
         """Each value of a valid request in turn is something else: the answer is 200 or 400."""

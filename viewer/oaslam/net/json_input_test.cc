@@ -21,7 +21,7 @@ TEST(ParseJson, TellsWhereTextIsNone) {
                        AllOf(StartsWith("body: is no JSON, as character "), Not(HasSubstr("\n"))))
         << text;
   EXPECT_INPUT_ERROR(ParseJson("[1, x]", "body"), HasSubstr("character 5 "));
-  EXPECT_INPUT_ERROR(ParseJson("", "body"), StrEq("body: is empty"));
+  EXPECT_INPUT_ERROR(ParseJson("", "body"), testing::StrEq("body: is empty"));
   EXPECT_INPUT_ERROR(ParseJson("[1e999]", "body"), HasSubstr("out of range"));
   EXPECT_THROW(ParseJson(std::string(100'000, '['), "body"), InputError);
   // What is whole, but would exhaust the stack of who copies it.
