@@ -67,22 +67,21 @@ std::optional<cv::Size> SizeOfJpeg(std::string_view bytes) {
 bool IsDataUrl(std::string_view text) { return Lower(text.substr(0, kData.size())) == kData; }
 
 std::string BytesOfImageText(std::string_view text, const std::string& what) {
-  std::optional<std::string> bytes;
-  if (IsDataUrl(text)) {
-    const size_t comma = text.find(',');
-    if (comma == std::string_view::npos)
-      throw InputError(what + ": is a data: URL without a comma");
-    const bool is_base64 = Lower(text.substr(0, comma)).ends_with(";base64");
-    const std::string_view data = text.substr(comma + 1);
-    if (data.empty())
-      throw InputError(what + ": is a data: URL without data, as a canvas of no size gives it");
-    if (!is_base64) throw InputError(what + ": is a data: URL, but not of base64");
-    const std::optional<std::string> plain = DecodePercent(data);
-    if (plain) bytes = DecodeBase64(*plain);
-  } else {
-    bytes = DecodeBase64(text);
+  if (!IsDataUrl(text)) {
+    std::optional<std::string> bytes = DecodeBase64(text);
+    if (!bytes) throw InputError(what + ": is neither base64 nor a data: URL");
+    return *std::move(bytes);
   }
-  if (!bytes) throw InputError(what + ": is no base64");
+  const size_t comma = text.find(',');
+  if (comma == std::string_view::npos) throw InputError(what + ": is a data: URL without a comma");
+  const std::string_view data = text.substr(comma + 1);
+  if (data.empty())
+    throw InputError(what + ": is a data: URL without data, as a canvas of no size gives it");
+  if (!Lower(text.substr(0, comma)).ends_with(";base64"))
+    throw InputError(what + ": is a data: URL, but not of base64");
+  const std::optional<std::string> base64 = DecodePercent(data);
+  std::optional<std::string> bytes = base64 ? DecodeBase64(*base64) : std::nullopt;
+  if (!bytes) throw InputError(what + ": is a data: URL whose base64 is damaged");
   return *std::move(bytes);
 }
 

@@ -38,9 +38,9 @@ TEST(ReceivedImage, ATextIsBase64OrTheDataUrlOfACanvas) {
         {"data:image/jpeg;base64,", "without data"},
         {"data:image/jpeg;base64", "without a comma"},
         {"data:image/svg+xml,<svg/>", "not of base64"},
-        {"data:image/jpeg;base64,Zm9v Yg==", "is no base64"},
-        {"data:image/jpeg;base64,Zm9vYg%3", "is no base64"},
-        {"blob:http://a/b", "is no base64"}})
+        {"data:image/jpeg;base64,Zm9v Yg==", "damaged"},
+        {"data:image/jpeg;base64,Zm9vYg%3", "damaged"},
+        {"blob:http://a/b", "neither base64 nor a data: URL"}})
     EXPECT_INPUT_ERROR(BytesOfImageText(text, "images[0].image"),
                        AllOf(StartsWith("images[0].image: is "), HasSubstr(problem)))
         << text;
