@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <set>
@@ -42,13 +43,16 @@ constexpr double kAgree = 2.5;
 // Width and height of a whole thing agree better than this, in sigmas.
 constexpr double kWhole = 3;
 constexpr int kLeastObjects = 3, kLeastClasses = 3;
-// The scales about the most likely one that count as the same answer, and the least probability
-// that the answer is among them.
-constexpr double kSameAnswer = .4, kLeastProbability = .95;
+// The scales about the most likely one that count as the same answer: so many sigmas of it alone,
+// and no more than that. Two units that are less apart would else be taken for one.
+constexpr double kSameAnswer = 3, kMostSameAnswer = .4;
+// The least probability that the answer is among them.
+constexpr double kLeastProbability = .95;
 // As high as a tall man can hold a camera (DIN 33402-2: his fist reaches 2.2 m).
 constexpr double kReach_m = 2.2;
-// The share of landmarks that may be below the floor: mirrored or wrong.
-constexpr double kBelowFloor = .02;
+// The landmarks of a floor are within this share of its depth below the camera, and are this share
+// of all that are in view.
+constexpr double kThicknessOfFloor = .1, kOnFloor = .02;
 constexpr size_t kEnoughLandmarks = 200;
 
 double Gaussian(double x, double variance) {
@@ -247,6 +251,15 @@ struct Posterior {
   double probability = 0;  // that the scale is near the mode
 };
 
+// The standard deviation of the Gaussian with the curvature of a log-likelihood at its maximum.
+double SigmaAtMode(const std::vector<double>& log_likelihood, size_t mode) {
+  constexpr size_t kSide = 4;  // in steps of the grid
+  mode = std::clamp(mode, kSide, log_likelihood.size() - 1 - kSide);
+  const double fall =
+      2 * log_likelihood[mode] - log_likelihood[mode - kSide] - log_likelihood[mode + kSide];
+  return kStep * kSide / std::sqrt(std::max(fall, 1e-9));
+}
+
 Posterior PosteriorOf(const Witnesses& witnesses) {
   const auto [least, most] = std::ranges::minmax(witnesses, {}, &Witness::scale);
   const Grid grid{least.scale - 1,
@@ -258,14 +271,17 @@ Posterior PosteriorOf(const Witnesses& witnesses) {
     for (size_t i = 0; i < grid.size; ++i) log_likelihood[i] += of_class[i];
   }
   const auto best = std::ranges::max_element(log_likelihood);
+  const auto mode = static_cast<size_t>(best - log_likelihood.begin());
+  const double same_answer =
+      std::min(kMostSameAnswer, kSameAnswer * SigmaAtMode(log_likelihood, mode));
   Posterior posterior;
-  posterior.mode = grid.At(static_cast<size_t>(best - log_likelihood.begin()));
+  posterior.mode = grid.At(mode);
   double all = 0, near = 0, first = 0, second = 0;
   for (size_t i = 0; i < grid.size; ++i) {
     const double weight = std::exp(log_likelihood[i] - *best);
     const double offset = grid.At(i) - posterior.mode;
     all += weight;
-    if (std::abs(offset) > kSameAnswer) continue;
+    if (std::abs(offset) > same_answer) continue;
     near += weight;
     first += weight * offset;
     second += weight * offset * offset;
@@ -327,16 +343,25 @@ std::string WhyRefuted(const Witnesses& witnesses, const Posterior& posterior,
       rivals, std::exp(posterior.mode - rival), agreement.classes.size());
 }
 
-double QuantileOf(std::vector<double> values, double share) {
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::ranges::nth_element(values, at);
-  return *at;
+// How far the floor is below a camera, from the depths of the landmarks below it. A floor is a
+// level that many landmarks share, at least as many as are below it: wrong ones and those of
+// reflections, which lie scattered. Where no level is like that, the floor is as low as the lowest
+// landmarks.
+double FloorBelow(std::vector<double> depths) {
+  std::ranges::sort(depths, std::greater());
+  const auto few = static_cast<size_t>(kOnFloor * static_cast<double>(depths.size()));
+  for (size_t lowest = 0; lowest < depths.size() && depths[lowest] > 0; ++lowest) {
+    const auto above =
+        std::ranges::upper_bound(depths, depths[lowest] * (1 - kThicknessOfFloor), std::greater());
+    const auto on_level = static_cast<size_t>(above - depths.begin()) - lowest;
+    if (on_level > few && on_level >= lowest) return depths[lowest + on_level / 2];
+  }
+  return depths[few];
 }
 
 // How high above the floor the camera was held, in the median over keyframes; nothing where the map
-// does not show. The floor of a keyframe is the lowest of what it and its neighbours see, not the
-// lowest of the map: a house has several storeys.
+// does not show. The floor of a keyframe is that of what it and its neighbours see, not of the map:
+// a house has several storeys.
 std::optional<double> CameraHeight(const Map& map) {
   constexpr int kNeighbours = 10;
   constexpr size_t kMostKeyframes = 200;  // that are looked at: enough for a median
@@ -344,12 +369,11 @@ std::optional<double> CameraHeight(const Map& map) {
   std::vector<double> heights;
   const std::vector<KeyframeId> ids = map.keyframes.Ids();
   for (size_t i = 0; i < ids.size(); i += 1 + ids.size() / kMostKeyframes) {
-    std::vector<double> landmarks;
+    const double camera = map.keyframes.At(ids[i]).cam_from_world.OriginInSource().dot(*map.up);
+    std::vector<double> depths;
     for (const LandmarkId seen : LandmarksSeenBy(map, map.KeyframesAround(ids[i], kNeighbours)))
-      landmarks.push_back(map.landmarks.At(seen).position.dot(*map.up));
-    if (landmarks.size() < kEnoughLandmarks) continue;
-    heights.push_back(map.keyframes.At(ids[i]).cam_from_world.OriginInSource().dot(*map.up) -
-                      QuantileOf(std::move(landmarks), kBelowFloor));
+      depths.push_back(camera - map.landmarks.At(seen).position.dot(*map.up));
+    if (depths.size() >= kEnoughLandmarks) heights.push_back(FloorBelow(std::move(depths)));
   }
   if (heights.empty()) return std::nullopt;
   return Median(std::move(heights));

@@ -212,22 +212,36 @@ TEST_F(ScaleEstimateTest, ThingsWithoutAUsualSizeSayNothing) {
   EXPECT_LT(std::abs(Error(estimate)), 1);
 }
 
-// The floor as the landmarks of a room show it, which all keyframes see.
-Map OnAFloor(Map map) {
+// Adds landmarks at these heights, which all keyframes see.
+Map WithLandmarksAt(const std::vector<double>& heights, Map map) {
   Rng rng(1);
-  for (uint32_t i = 0; i < 400; ++i) {
+  for (const double height : heights) {
+    const auto id = LandmarkId(static_cast<uint32_t>(map.landmarks.size()));
     Landmark landmark;
-    landmark.position = {rng.Uniform(-2, 2), rng.Uniform(-2, 2), i % 4 ? rng.Uniform(0, 1) : 0};
-    map.landmarks.Insert(LandmarkId(i), landmark);
-    for (const KeyframeId id : map.keyframes.Ids())
-      map.keyframes.MutableAt(id).landmarks.push_back(LandmarkId(i));
+    landmark.position = {rng.Uniform(-2, 2), rng.Uniform(-2, 2), height};
+    map.landmarks.Insert(id, landmark);
+    for (const KeyframeId keyframe : map.keyframes.Ids())
+      map.keyframes.MutableAt(keyframe).landmarks.push_back(id);
   }
   return map;
 }
 
+std::vector<double> Scattered(int count, double low, double high) {
+  Rng rng(2);
+  std::vector<double> heights;
+  for (int i = 0; i < count; ++i) heights.push_back(rng.Uniform(low, high));
+  return heights;
+}
+
+// The floor as the landmarks of a room show it.
+Map OnAFloor(Map map) {
+  return WithLandmarksAt(Scattered(1500, 0, 1),
+                         WithLandmarksAt(std::vector<double>(500, 0), std::move(map)));
+}
+
 // The same room, with another storey below that no keyframe at the desk sees.
 Map InTheUpperStorey(Map map) {
-  for (uint32_t i = 1000; i < 1400; ++i) {
+  for (uint32_t i = 10000; i < 10400; ++i) {
     Landmark landmark;
     landmark.position = {0, 0, i % 4 ? -2 : -2.7};
     map.landmarks.Insert(LandmarkId(i), landmark);
@@ -246,6 +260,40 @@ TEST_F(ScaleEstimateTest, ModelsFilmedByAPersonAreOdd) {
   const ScaleEstimate odd = Estimate(OnAFloor(models));
   EXPECT_FALSE(odd.success);
   EXPECT_THAT(odd.why_not, HasSubstr("above the floor"));
+}
+
+TEST_F(ScaleEstimateTest, TheFloorIsALevelAndNotTheLowestLandmark) {
+  const Map desk = OnAFloor(DeskMap()), models = OnAFloor(MapOf({Desk(.5), .37, 1.5, 1.4}));
+  const std::vector<double> wrong = Scattered(120, -6, -.3),  // triangulated from wrong matches
+      mirrored = Scattered(120, -2.5, -.05),                  // in a polished floor
+      beside_a_bridge = Scattered(60, -20, -3);
+  for (const std::vector<double>& below : {wrong, mirrored, beside_a_bridge}) {
+    const ScaleEstimate estimate = Estimate(WithLandmarksAt(below, desk));
+    EXPECT_TRUE(estimate.success) << estimate.why_not;
+    EXPECT_THAT(Estimate(WithLandmarksAt(below, models)).why_not, HasSubstr("above the floor"));
+  }
+}
+
+// Models on a table: most landmarks are on the table, and few on the floor.
+TEST_F(ScaleEstimateTest, AFloorOfFewLandmarksIsAFloor) {
+  const Map table = WithLandmarksAt(Scattered(385, .74, .8), DeskMap());
+  EXPECT_TRUE(Estimate(table).success) << Estimate(table).why_not;
+  const Map floor = WithLandmarksAt(Scattered(15, -1.55, -1.5), table);
+  EXPECT_THAT(Estimate(floor).why_not, HasSubstr("above the floor"));
+}
+
+// Two units that differ by half fit into one wide answer between them.
+TEST_F(ScaleEstimateTest, TwoUnitsThatAreNearAreNotOneAnswer) {
+  const auto resized = [](Map map, const std::vector<int>& classes, double times) {
+    Resize(classes, times, map);
+    return map;
+  };
+  const Map four = WithClasses(DeskMap(), {0, 3, 4, 7});
+  for (const Map& two_units :
+       {resized(four, {4, 7}, 1.6), resized(four, {0}, 1.5), resized(DeskMap(), {4, 7}, 1.5)})
+    EXPECT_THAT(Estimate(two_units).why_not, HasSubstr("more than one unit"));
+  const ScaleEstimate alike = Estimate(resized(four, {4, 7}, 1.2));
+  EXPECT_TRUE(alike.success) << alike.why_not;
 }
 
 // In households whose things differ from the usual sizes as the table says.
@@ -288,6 +336,20 @@ TEST(ContradictionOfUnit, IsSaidBeyondThreeSigmas) {
   estimate.metres_per_unit = 1.2;
   EXPECT_THAT(ContradictionOfUnit(estimate), IsEmpty());
   EXPECT_THAT(ContradictionOfUnit({}), IsEmpty());
+}
+
+TEST(UsualSizes, HoldWhatManyHave) {
+  const auto holds = [](const char* name, double length, double depth, double height) {
+    const UsualSize& size = *FindUsualSize(name);
+    const auto within = [](const UsualRange& range, double metres) {
+      return range.least <= metres && metres <= range.most;
+    };
+    return within(size.length, length) && within(size.depth, depth) && within(size.height, height);
+  };
+  EXPECT_TRUE(holds("keyboard", .440, .135, .035));   // with a number pad
+  EXPECT_TRUE(holds("keyboard", .355, .130, .030));   // without
+  EXPECT_TRUE(holds("keyboard", .285, .115, .012));   // compact, as for tablets
+  EXPECT_FALSE(holds("keyboard", .240, .090, .012));  // folded
 }
 
 TEST(UsualSizes, AreRangesOfSolids) {

@@ -80,8 +80,8 @@ constexpr std::array kUsualSizes = std::to_array<UsualSize>({
     {"mouse", {.10, .128}, {.057, .080}, {.03, .045}, kBall, true},
     {"remote", {.12, .24}, {.035, .055}, {.015, .03}, kBox, true},  // catalogues, Apple TV's: .136
     // Keys three quarters of an inch apart (ANSI-INCITS 154): .44 to .47 with a number pad, .36
-    // without.
-    {"keyboard", {.36, .48}, {.115, .19}, {.011, .045}, kBox, true},
+    // without; compact ones .28 to .30 (Apple's Magic Keyboard .279 x .115, boards of 60 %).
+    {"keyboard", {.28, .48}, {.10, .19}, {.011, .045}, kBox, true},
     // Apple's iPhone 5 .124 x .059 x .0076, 12 .147 x .072 x .0074, 15 Pro Max .160 x .077 x .0083.
     {"cell phone", {.124, .165}, {.059, .079}, {.007, .012}, kBox, true},
     // Catalogues: compact 18 x 11 x 13.5 inches, countertop 19 to 24 x 10 to 14 x 12 to 18.
