@@ -43,17 +43,19 @@ constexpr double kAgree = 2.5;
 // Width and height of a whole thing agree better than this, in sigmas.
 constexpr double kWhole = 3;
 constexpr int kLeastObjects = 3, kLeastClasses = 3;
-// The scales about the most likely one that count as the same answer: so many sigmas of it alone,
-// and no more than that. Two units that are less apart would else be taken for one.
-constexpr double kSameAnswer = 3, kMostSameAnswer = .4;
-// The least probability that the answer is among them.
-constexpr double kLeastProbability = .95;
+// The answer is the mean of the scales that are so near to the most likely one. It is refused where
+// the scales within so many sigmas of the most likely one alone have less than this probability:
+// two units that are near would else be one answer.
+constexpr double kNear = .4, kSameAnswer = 3, kLeastProbability = .95;
 // As high as a tall man can hold a camera (DIN 33402-2: his fist reaches 2.2 m).
 constexpr double kReach_m = 2.2;
 // The landmarks of a floor are within this share of its depth below the camera, and are this share
 // of all that are in view.
 constexpr double kThicknessOfFloor = .1, kOnFloor = .02;
 constexpr size_t kEnoughLandmarks = 200;
+// A vertical that follows from how the camera was held may be off by so much: three times the
+// standard deviation up to which it is accepted (objects/upright).
+constexpr double kMostTilt = 18 * std::numbers::pi / 180;
 
 double Gaussian(double x, double variance) {
   return std::exp(-.5 * x * x / variance) / std::sqrt(2 * std::numbers::pi * variance);
@@ -248,7 +250,7 @@ std::vector<double> LogLikelihoodOfClass(const Witnesses& same_class, const Grid
 
 struct Posterior {
   double mode = 0, mean = 0, sigma = 0;
-  double probability = 0;  // that the scale is near the mode
+  double probability = 0;  // that the scale is the one at the mode
 };
 
 // The standard deviation of the Gaussian with the curvature of a log-likelihood at its maximum.
@@ -272,16 +274,16 @@ Posterior PosteriorOf(const Witnesses& witnesses) {
   }
   const auto best = std::ranges::max_element(log_likelihood);
   const auto mode = static_cast<size_t>(best - log_likelihood.begin());
-  const double same_answer =
-      std::min(kMostSameAnswer, kSameAnswer * SigmaAtMode(log_likelihood, mode));
+  const double same_answer = std::min(kNear, kSameAnswer * SigmaAtMode(log_likelihood, mode));
   Posterior posterior;
   posterior.mode = grid.At(mode);
-  double all = 0, near = 0, first = 0, second = 0;
+  double all = 0, same = 0, near = 0, first = 0, second = 0;
   for (size_t i = 0; i < grid.size; ++i) {
     const double weight = std::exp(log_likelihood[i] - *best);
     const double offset = grid.At(i) - posterior.mode;
     all += weight;
-    if (std::abs(offset) > same_answer) continue;
+    if (std::abs(offset) <= same_answer) same += weight;
+    if (std::abs(offset) > kNear) continue;
     near += weight;
     first += weight * offset;
     second += weight * offset * offset;
@@ -290,7 +292,7 @@ Posterior PosteriorOf(const Witnesses& witnesses) {
   posterior.mean = posterior.mode + mean_offset;
   posterior.sigma = std::sqrt(std::max(second / near - mean_offset * mean_offset, 0.0) +
                               kCommonSigma * kCommonSigma);
-  posterior.probability = near / all;
+  posterior.probability = same / all;
   return posterior;
 }
 
@@ -359,6 +361,57 @@ double FloorBelow(std::vector<double> depths) {
   return depths[few];
 }
 
+// How many of the points are on a level with each point, in the mean.
+double MeanOnLevel(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up,
+                   double thickness) {
+  std::vector<double> heights;
+  for (const Eigen::Vector3d& point : points) heights.push_back(point.dot(up));
+  std::ranges::sort(heights);
+  size_t pairs = 0, top = 0;
+  for (size_t i = 0; i < heights.size(); ++i) {
+    while (top < heights.size() && heights[top] <= heights[i] + thickness) ++top;
+    pairs += top - i;
+  }
+  return static_cast<double>(pairs) / static_cast<double>(heights.size());
+}
+
+// The vertical along which the landmarks lie most in levels: floors and tables. A vertical by how
+// the camera was held is not good enough for a floor far away, which a tilt lowers or lifts.
+Eigen::Vector3d VerticalByLevels(const Map& map) {
+  constexpr size_t kMostPoints = 4000;
+  constexpr double kThickness = .04;  // of a level, as a share of the scene's height
+  constexpr double kClearer = 1.25;   // than the levels of the map's vertical
+  constexpr int kTilts = 6, kDirections = 16;
+  if (map.up_keyframes > 0) return *map.up;  // it was measured
+  std::vector<Eigen::Vector3d> points;
+  std::vector<double> heights;
+  const size_t step = 1 + map.landmarks.size() / kMostPoints;
+  size_t count = 0;
+  map.landmarks.ForEach([&](LandmarkId, const Landmark& landmark) {
+    if (count++ % step != 0) return;
+    points.push_back(landmark.position);
+    heights.push_back(landmark.position.dot(*map.up));
+  });
+  std::ranges::sort(heights);
+  const double thickness =
+      kThickness * (heights[heights.size() * 19 / 20] - heights[heights.size() / 20]);
+  const Eigen::Vector3d level = map.up->unitOrthogonal(), other = map.up->cross(level);
+  Eigen::Vector3d best = *map.up;
+  double most = kClearer * MeanOnLevel(points, best, thickness);
+  for (int i = 1; i <= kTilts; ++i)
+    for (int j = 0; j < kDirections; ++j) {
+      const double tilt = kMostTilt * i / kTilts, towards = 2 * std::numbers::pi * j / kDirections;
+      const Eigen::Vector3d up =
+          std::cos(tilt) * *map.up +
+          std::sin(tilt) * (std::cos(towards) * level + std::sin(towards) * other);
+      const double on_level = MeanOnLevel(points, up, thickness);
+      if (on_level <= most) continue;
+      most = on_level;
+      best = up;
+    }
+  return best;
+}
+
 // How high above the floor the camera was held, in the median over keyframes; nothing where the map
 // does not show. The floor of a keyframe is that of what it and its neighbours see, not of the map:
 // a house has several storeys.
@@ -366,13 +419,14 @@ std::optional<double> CameraHeight(const Map& map) {
   constexpr int kNeighbours = 10;
   constexpr size_t kMostKeyframes = 200;  // that are looked at: enough for a median
   if (!map.up || map.landmarks.size() < kEnoughLandmarks) return std::nullopt;
+  const Eigen::Vector3d up = VerticalByLevels(map);
   std::vector<double> heights;
   const std::vector<KeyframeId> ids = map.keyframes.Ids();
   for (size_t i = 0; i < ids.size(); i += 1 + ids.size() / kMostKeyframes) {
-    const double camera = map.keyframes.At(ids[i]).cam_from_world.OriginInSource().dot(*map.up);
+    const double camera = map.keyframes.At(ids[i]).cam_from_world.OriginInSource().dot(up);
     std::vector<double> depths;
     for (const LandmarkId seen : LandmarksSeenBy(map, map.KeyframesAround(ids[i], kNeighbours)))
-      depths.push_back(camera - map.landmarks.At(seen).position.dot(*map.up));
+      depths.push_back(camera - map.landmarks.At(seen).position.dot(up));
     if (depths.size() >= kEnoughLandmarks) heights.push_back(FloorBelow(std::move(depths)));
   }
   if (heights.empty()) return std::nullopt;

@@ -212,13 +212,13 @@ TEST_F(ScaleEstimateTest, ThingsWithoutAUsualSizeSayNothing) {
   EXPECT_LT(std::abs(Error(estimate)), 1);
 }
 
-// Adds landmarks at these heights, which all keyframes see.
-Map WithLandmarksAt(const std::vector<double>& heights, Map map) {
+// Adds landmarks at these heights, which all keyframes see. `side`: of the room.
+Map WithLandmarksAt(const std::vector<double>& heights, Map map, double side = 4) {
   Rng rng(1);
   for (const double height : heights) {
     const auto id = LandmarkId(static_cast<uint32_t>(map.landmarks.size()));
     Landmark landmark;
-    landmark.position = {rng.Uniform(-2, 2), rng.Uniform(-2, 2), height};
+    landmark.position = {side * rng.Uniform(-.5, .5), side * rng.Uniform(-.5, .5), height};
     map.landmarks.Insert(id, landmark);
     for (const KeyframeId keyframe : map.keyframes.Ids())
       map.keyframes.MutableAt(keyframe).landmarks.push_back(id);
@@ -271,6 +271,23 @@ TEST_F(ScaleEstimateTest, TheFloorIsALevelAndNotTheLowestLandmark) {
     const ScaleEstimate estimate = Estimate(WithLandmarksAt(below, desk));
     EXPECT_TRUE(estimate.success) << estimate.why_not;
     EXPECT_THAT(Estimate(WithLandmarksAt(below, models)).why_not, HasSubstr("above the floor"));
+  }
+}
+
+// A tilt of 15 degrees lowers the far side of a hall by more than a metre.
+TEST_F(ScaleEstimateTest, TheFloorOfATiltedVerticalIsFound) {
+  const auto tilted = [](const Map& room, double towards) {
+    Map map = WithLandmarksAt(std::vector<double>(500, 0),
+                              WithLandmarksAt(Scattered(1500, 0, 1), room, 12), 12);
+    const Eigen::Vector3d axis(std::cos(towards), std::sin(towards), 0);
+    map.up = Eigen::AngleAxisd(.26, axis) * *map.up;
+    return map;
+  };
+  const Map models = MapOf({Desk(.5), .37, 1.5, 1.4});
+  for (const double towards : {0., 1.5, 3.5}) {
+    const ScaleEstimate estimate = Estimate(tilted(DeskMap(), towards));
+    EXPECT_TRUE(estimate.success) << estimate.why_not;
+    EXPECT_THAT(Estimate(tilted(models, towards)).why_not, HasSubstr("above the floor"));
   }
 }
 
