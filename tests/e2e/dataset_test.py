@@ -159,7 +159,7 @@ class TestDatasets(harness.InFolder):
 
     def test_boxes_of_yolo_are_pixels_of_the_images(self):
         boxes = harness.read_json(harness.clip("map_front")[5])
-        for i, image in enumerate(boxes[:60]):
+        for image in boxes[:COUNT]:
             lines = []
             for d in image["detections"]:
                 x1, y1, x2, y2 = d["bbox"]
@@ -167,7 +167,7 @@ class TestDatasets(harness.InFolder):
             self.write(f"yolo/labels/{os.path.splitext(image['file_name'])[0]}.txt", "".join(lines))
         camera, video = harness.clip("map_front")[3], harness.clip("map_front")[1]
         for name, detections in (("own", harness.clip("map_front")[5]), ("shares", self.path("yolo"))):
-            must_run("run", "--images", video, "--camera", camera, "--detections", detections, "--to", 60, "--out", self.path(name), "--quiet")
+            must_run("run", "--images", video, "--camera", camera, "--detections", detections, "--to", COUNT, "--out", self.path(name), "--quiet")
         own, shares = (harness.read_json(self.path(f"{name}/objects.json")) for name in ("own", "shares"))
         assert len(own) == len(shares) > 2
         for a, b in zip(own, shares):
