@@ -95,9 +95,9 @@ class MapStore {
 };
 
 // The maps of a folder: NAME.map and NAME.oaslam files, and map.oaslam in folders NAME.oaslam as
-// `oaslam run` makes them. Anchors are in one SQLite file in it. Of a map file the map NAME alone,
-// with its anchors in the same file of its folder. With a location
-// that begins with postgresql:// or postgres://, those of a PostgreSQL database, whose tables are
+// `oaslam run` makes them. Anchors are in one SQLite file in it. Where the location is a map file,
+// it is the only map, with its anchors in that SQLite file of its folder. With a location that
+// begins with postgresql:// or postgres://, those of a PostgreSQL database, whose tables are
 // created where they are missing. Throws InputError where the location cannot be used.
 std::unique_ptr<MapStore> OpenMapStore(const std::string& location);
 // Its two kinds. A single file is not read here.
