@@ -73,6 +73,12 @@ struct Estimate {
   std::string images;  // from which it was made; empty: not known
 };
 
+// A path of images, where there are some still; a map does not follow them.
+std::string IfThere(const std::string& images) {
+  std::error_code error;
+  return fs::exists(images, error) ? images : "";
+}
+
 // The images of a run, as the summary.json beside its trajectory names them; empty where there is
 // none, or they are not there any more.
 std::string ImagesBeside(const std::string& trajectory) {
@@ -81,8 +87,7 @@ std::string ImagesBeside(const std::string& trajectory) {
   if (!fs::exists(summary, error)) return "";
   const auto root = nlohmann::json::parse(ReadTextFile(summary.string()), nullptr, false);
   if (!root.is_object() || !root.contains("images") || !root["images"].is_string()) return "";
-  const std::string images = root["images"].get<std::string>();
-  return fs::exists(images, error) ? images : "";
+  return IfThere(root["images"].get<std::string>());
 }
 
 void Evaluate(const EvaluateOptions& o, const Estimate& estimated,
@@ -145,7 +150,8 @@ std::vector<Estimate> LoadEstimates(const EvaluateOptions& o) {
     if (o.recording.empty() || FindRecording(saved.recordings, o.recording) == i)
       estimates.push_back(
           {fmt::format("{}, recording {}", o.estimate, Describe(saved.recordings, i)),
-           trajectories[i], i < saved.recordings.size() ? saved.recordings[i].images : ""});
+           trajectories[i],
+           i < saved.recordings.size() ? IfThere(saved.recordings[i].images) : ""});
   return estimates;
 }
 

@@ -10,10 +10,12 @@
 #include "detection_choice.h"
 #include "oaslam/camera_file.h"
 #include "oaslam/formats/imu_file.h"
+#include "oaslam/formats/text.h"
 #include "oaslam/geometry/degree.h"
 #include "oaslam/images/camera_source.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/image_list.h"
+#include "oaslam/images/video_source.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam::apps {
@@ -25,6 +27,26 @@ CLI::Option* AddImuOption(CLI::App& app, SideFiles& files) {
                   "camera is read from the calibration (T_BS, T_cam_imu)")
       ->type_name("FILE");
 }
+
+namespace {
+
+// YOLO's texts of a film are named by it and count from 1: walk_1.txt is of image 000000 of
+// walk.mp4.
+DetectionTable CountedFrom0(const DetectionTable& given, const std::string& film) {
+  const std::string begin = WithoutExtension(BaseName(film)) + "_";
+  std::vector<ImageDetections> images = given.images();
+  for (ImageDetections& image : images) {
+    const auto number = image.file_name.starts_with(begin)
+                            ? ParseNumber(std::string_view(image.file_name).substr(begin.size()))
+                            : std::nullopt;
+    constexpr double kMost = 1e8;
+    if (!number || !(*number >= 1 && *number <= kMost)) return given;
+    image.file_name = NameOfVideoImage(static_cast<int>(*number) - 1);
+  }
+  return DetectionTable(std::move(images));
+}
+
+}  // namespace
 
 SideInputs::SideInputs(const SideFiles& files, const std::string& camera,
                        const DetectorSettings& detector_settings, const CommonOptions& common)
@@ -64,9 +86,12 @@ FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOp
   range.color = side_.detector != nullptr;
   range.color_if_free = sources.for_display;
   std::unique_ptr<ImageSource> images = OpenImages(sources.images, range);
-  if (!side_.detections_path.empty())
-    side_.detections = MatchedToImages(side_.detections, NamesOfImages(sources.images, range),
-                                       side_.detections_path);
+  if (!side_.detections_path.empty()) {
+    const std::vector<std::string> names = NamesOfImages(sources.images, range);
+    if (side_.in_shares && !names.empty() && names.front() == NameOfVideoImage(0))
+      side_.detections = CountedFrom0(side_.detections, sources.images);
+    side_.detections = MatchedToImages(side_.detections, names, side_.detections_path);
+  }
   const bool comes_late = range.follow || IsCamera(sources.images);
   if (sources.live && comes_late) {
     auto latest = std::make_unique<LatestImageSource>(std::move(images));

@@ -164,10 +164,14 @@ class TestDatasets(harness.InFolder):
             for d in image["detections"]:
                 x1, y1, x2, y2 = d["bbox"]
                 lines.append(f"{d['category_id']} {(x1 + x2) / 1280} {(y1 + y2) / 960} {(x2 - x1) / 640} {(y2 - y1) / 480} {d['detection_score']}\n")
-            self.write(f"yolo/labels/{os.path.splitext(image['file_name'])[0]}.txt", "".join(lines))
+            # As a detector names those of a film, which it counts from 1; the last image has none.
+            if int(image["file_name"].split(".")[0]) < COUNT - 1:
+                self.write(f"yolo/labels/video_{int(image['file_name'].split('.')[0]) + 1}.txt", "".join(lines))
         camera, video = harness.clip("map_front")[3], harness.clip("map_front")[1]
         for name, detections in (("own", harness.clip("map_front")[5]), ("shares", self.path("yolo"))):
             must_run("run", "--images", video, "--camera", camera, "--detections", detections, "--to", COUNT, "--out", self.path(name), "--quiet")
+        counts = [[f["detections"] for f in harness.read_csv(self.path(f"{name}/frames.csv"))][:COUNT - 1] for name in ("own", "shares")]
+        assert counts[0] == counts[1] and len(set(counts[0])) > 1
         own, shares = (harness.read_json(self.path(f"{name}/objects.json")) for name in ("own", "shares"))
         assert len(own) == len(shares) > 2
         for a, b in zip(own, shares):

@@ -212,7 +212,9 @@ std::vector<std::unique_ptr<ImageSource>> OpenPictures(const ViewOptions& option
 std::string ImagesOf(const ViewOptions& options, const SavedRun& run) {
   if (!options.images.empty()) return options.images.back();
   if (!run.images.empty() || run.saved.recordings.empty()) return run.images;
-  return run.saved.recordings.back().images;
+  const std::string& images = run.saved.recordings.back().images;
+  std::error_code error;
+  return std::filesystem::exists(images, error) ? images : "";
 }
 
 void View(const ViewOptions& options) {
