@@ -15,6 +15,7 @@
 #include "oaslam/detection_file.h"
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/images/camera_source.h"
 #include "oaslam/images/image_list.h"
 #include "oaslam/util/stopwatch.h"
 
@@ -39,11 +40,15 @@ struct Found {
 // with the folder, as seen from that of the source.
 class NamesInFile {
  public:
-  NamesInFile(const std::string& source, const ImageSourceOptions& range)
-      : folder_(std::filesystem::is_directory(source)
-                    ? std::filesystem::path(source)
-                    : std::filesystem::path(source).parent_path()) {
-    for (const std::string& image : NamesOfImages(source, range)) ++count_[BaseName(image)];
+  NamesInFile(const std::string& source, ImageSourceOptions range) {
+    if (range.follow || IsCamera(source)) return;
+    std::error_code error;
+    folder_ = std::filesystem::is_directory(source, error)
+                  ? std::filesystem::path(source)
+                  : std::filesystem::path(source).parent_path();
+    range.quiet = true;
+    if (const auto images = ListAll(source, range))
+      for (const ListedImage& image : *images) ++count_[BaseName(image.path)];
   }
 
   std::string Of(const InputImage& image) const {

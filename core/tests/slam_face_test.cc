@@ -495,6 +495,7 @@ TEST(Slam, IsRefusedToAForkedChildWhichEndsAndMakesItsOwn) {
     LatestImageSource latest(OpenImages(clip.kFolder + "/video.mp4"));
     for (const ImageInput& image : clip.images) slam->Process(image);
     ASSERT_TRUE(film->Next());
+    slam->WholeMap();  // waits until it is mapped: its thread may hold locks of OpenCV
     EXPECT_TRUE(HoldsInChild([&] {
       EXPECT_THROW(slam->Process(clip.images[0]), ForkError);
       EXPECT_THROW(slam->Finish(), ForkError);

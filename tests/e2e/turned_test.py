@@ -36,12 +36,12 @@ class TestTurned(harness.InFolder):
         cls.upright = cls.boxes("0", lambda image: image, "--detector-turn", "0")
 
     @classmethod
-    def boxes(cls, name, turn, *args):
+    def boxes(cls, name, turn, *args, images=None, rate=2):
         folder = cls.path(name)
         os.makedirs(folder, exist_ok=True)
-        for i, image in enumerate(cls.images):
+        for i, image in enumerate(cls.images if images is None else images):
             films.write(f"{folder}/{i:03}.png", turn(image)[None])
-        cls.said = must_run("detect", folder, "--fps", 2, *args, "--out", cls.path(f"{name}.json")).err
+        cls.said = must_run("detect", folder, "--fps", rate, *args, "--out", cls.path(f"{name}.json")).err
         return [[(d["category_id"], d["bbox"]) for d in image["detections"] if d["detection_score"] > 0.4]
                 for image in sorted(harness.read_json(cls.path(f"{name}.json")), key=lambda i: i["file_name"])]
 
@@ -57,3 +57,10 @@ class TestTurned(harness.InFolder):
     def test_upright_images_stay(self):
         assert self.boxes("upright", lambda image: image) == self.upright
         assert "turned by" not in self.said
+
+    def test_a_film_that_begins_upside_down_is_turned_back(self):
+        images = films.read(VIDEO, 200)[::4]
+        images = [np.ascontiguousarray(np.rot90(image, 2)) if i < 5 else image for i, image in enumerate(images)]
+        found = self.boxes("begins", lambda image: image, images=images, rate=7.5)
+        assert self.said.index("turned by 180 degrees") < self.said.index("as they are from now on")
+        assert found[-20:] == self.boxes("kept", lambda image: image, "--detector-turn", "0", images=images, rate=7.5)[-20:]

@@ -5,11 +5,11 @@ import textwrap
 
 import pytest
 
-from conftest import CLIP
+from conftest import CLIP, MODELS, needs_detector
 
 BEGIN = f"""
-import atexit, multiprocessing, os, sys, threading, time, oaslam
-images = list(oaslam.open_images("{CLIP}/video.mp4", to=60))
+import atexit, multiprocessing, os, signal, sys, threading, time, oaslam
+images = list(oaslam.open_images("{CLIP}/video.mp4", to=40))
 camera = oaslam.load_camera("{CLIP}/camera.yaml", (640, 480))
 def mapped(config):
     slam = oaslam.Slam(config, camera)
@@ -28,7 +28,7 @@ live, offline = oaslam.SlamConfig.live(), oaslam.SlamConfig.offline()
 """
 
 
-def said(program, seconds=60):
+def said(program, seconds=150):
     """What a program prints; the program and its children are killed where they hang."""
     ended = subprocess.run(["timeout", "--signal=KILL", str(seconds), sys.executable, "-W", "ignore", "-c", BEGIN + textwrap.dedent(program)],
                            capture_output=True, text=True)
@@ -38,35 +38,38 @@ def said(program, seconds=60):
 
 
 @pytest.mark.parametrize("config", ["live", "offline"])
-@pytest.mark.parametrize("end", ["sys.exit(7)", "os._exit(7)", "del slam; os._exit(7)", "del slam; sys.exit(7)"])
-def test_a_child_ends_with_a_slam_of_its_parent(config, end):
+def test_a_child_ends_with_a_slam_of_its_parent(config):
     assert said(f"""
         slam = mapped({config})
-        child = os.fork()
-        if child == 0:
-            {end}
-        print(status_of(child))
+        for end, deletes in (sys.exit, False), (sys.exit, True), (os._exit, True):
+            child = os.fork()
+            if child == 0:
+                if deletes:
+                    del slam
+                end(7)
+            print(status_of(child))
         slam.finish()
-        print(len(slam.trajectory()))
-        """) == ["7", "60"]
+        print(len(slam.trajectory()) == len(images))
+        """) == ["7", "7", "7", "True"]
 
 
 def test_a_child_that_uses_what_its_parent_made_gets_an_error():
     assert said(f"""
-        slam, states = mapped(live), mapped(live).states()
+        slam = mapped(live)
+        states = slam.states()
         detector = oaslam.BackgroundDetector(lambda image: [])
         latest = oaslam.open_camera("{CLIP}/video.mp4")
         latest.next()
         viewer = oaslam.MapViewer(slam, port=0)
         calls = [lambda: slam.process(images[0].image, 100), slam.trajectory, slam.finish, slam.reset, lambda: slam.save("/dev/null"),
-                 slam.states().newest, lambda: states.wait_for_next(None, 60), lambda: states.has_ended,
-                 detector.wait, lambda: detector.offer(0, images[0].image), latest.next, latest.stop,
-                 lambda: viewer.show_map(slam), lambda: viewer.url]
+                 states.newest, lambda: states.wait_for_next(None, 60), lambda: states.has_ended, lambda: states.events_after(0),
+                 detector.wait, lambda: detector.offer(0, images[0].image), latest.next, lambda: viewer.show_map(slam), lambda: viewer.url]
         child = os.fork()
         if child == 0:
-            sys.exit(sum(bool(refused(call)) for call in calls))
-        print(status_of(child) == len(calls), [refused(call) for call in calls[:1]], states.has_ended)
-        """.replace("slam.states().newest,", "own_states.newest,").replace("calls = [", "own_states = slam.states()\n        calls = [")) == ["True", "[None]", "True"]
+            latest.stop()  # which has nothing to stop here
+            sys.exit(sum(not refused(call) for call in calls))
+        print(status_of(child), *(refused(call) for call in (slam.finish, states.newest, detector.wait, latest.next, lambda: viewer.url)))
+        """) == ["0"] + 5 * ["None"]
 
 
 def test_a_call_is_under_way_on_another_thread():
@@ -74,20 +77,18 @@ def test_a_call_is_under_way_on_another_thread():
     assert said("""
         slam = oaslam.Slam(live, camera)
         def work():
-            for again in range(4):
-                for image in images:
-                    slam.process(image.image, image.timestamp + 2 * again)
+            for image in images:
+                slam.process(image.image, image.timestamp)
         thread = threading.Thread(target=work)
         oaslam.set_log_sink(lambda level, message: None)
         thread.start()
-        ended = []
-        while thread.is_alive():
+        for _ in range(4):
             child = os.fork()
             if child == 0:
                 sys.exit(0 if refused(slam.trajectory) else 1)
-            ended.append(status_of(child))
-        print(len(ended) > 3, set(ended))
-        """) == ["True", "{0}"]
+            print(status_of(child))
+        thread.join()
+        """) == 4 * ["0"]
 
 
 def test_children_make_their_own():
@@ -95,44 +96,49 @@ def test_children_make_their_own():
     assert said("""
         kept = mapped(live)
         localizer = oaslam.MapLocalizer(kept.whole_map())
-        found = localizer.relocalize(images[20].image, camera=camera)
+        def find():
+            return localizer.relocalize(images[20].image, camera=camera).inlier_points
+        found = find()
         def work(number):
             slam = mapped(offline)
             slam.finish()
-            return len(slam.trajectory()), localizer.relocalize(images[20].image, camera=camera) == found
-        with fork.Pool(2) as pool:
-            print(*pool.map(work, range(2)), refused(kept.trajectory))
+            return len(slam.trajectory()) == len(images) and find() == found > 30
         def generation():
             own = mapped(live)
+            own.whole_map()  # waits until it is mapped: its thread may hold a lock of OpenCV, which the child needs, too
             child = os.fork()
             if child == 0:
-                sys.exit(0 if refused(own.finish) and refused(kept.finish) and work(0)[0] == 60 else 1)
+                sys.exit(0 if refused(own.finish) and refused(kept.finish) and work(0) else 1)
             return status_of(child)
+        with fork.Pool(2) as pool:
+            print(*pool.map(work, range(2)), refused(kept.trajectory))
         child = os.fork()
         if child == 0:
             sys.exit(generation())
         print(status_of(child))
-        """.replace(" == found)", ".inlier_points == found.inlier_points)").replace("camera=camera) == found", "camera=camera).inlier_points == found.inlier_points")) == ["(60,", "True)", "(60,", "True)", "None", "0"]
+        """) == ["True", "True", "None", "0"]
 
 
 def test_a_daemon():
     """Forks twice; the parent ends at once, with its threads."""
     assert said("""
         slam = mapped(live)
+        slam.whole_map()
         read, write = os.pipe()
         if os.fork() == 0:
             os.setsid()
             if os.fork() == 0:
+                signal.alarm(40)  # of its own session, it would not be killed with the others
                 time.sleep(0.2)
                 os.write(write, b"refused " if refused(slam.finish) else b"taken ")
                 slam = mapped(offline)
                 slam.finish()
-                os.write(write, b"%d " % len(slam.trajectory()))
+                os.write(write, b"%d " % (len(slam.trajectory()) == len(images)))
                 sys.exit(0)
             sys.exit(0)
         os.close(write)
         print(os.fdopen(read).read())
-        """) == ["refused", "60"]
+        """) == ["refused", "1"]
 
 
 def test_a_source_half_read_stays_the_parents():
@@ -142,7 +148,9 @@ def test_a_source_half_read_stays_the_parents():
         first = [source.next().index for _ in range(5)]
         child = os.fork()
         if child == 0:
-            assert refused(source.next)
+            latest = oaslam.LatestImageSource(source)  # reads it on a thread of the child
+            assert refused(latest.next) and refused(source.next)
+            del latest
             sys.exit(sum(1 for _ in oaslam.open_images("{CLIP}/video.mp4", to=60)))
         print(status_of(child), [image.index for image in source] == list(range(5, 60)))
         """) == ["60", "True"]
@@ -185,3 +193,46 @@ def test_handlers_at_exit_do_not_keep_a_child():
             sys.exit(3)
         print(status_of(child), flush=True)
         """) == ["True", "3", "None"]
+
+
+@needs_detector
+def test_workers_use_a_network_that_was_loaded_before():
+    """As servers do that load it once, and fork (gunicorn --preload)."""
+    assert said(f"""
+        detector = oaslam.Detector.load("{MODELS}/yolox_nano.onnx")
+        def detect(number):
+            return detector.detect(images[number].image)
+        found = detect(5)
+        with fork.Pool(2) as pool:
+            print(len(found) > 0, all(again == found for again in pool.map(detect, [5] * 4)))
+        child = os.fork()
+        if child == 0:
+            del detector
+            sys.exit(7)
+        print(status_of(child))
+        """) == ["True", "True", "7"]
+
+
+def test_a_sink_in_python():
+    """The parent's sink is called in the child, too; a thread of the parent may be in it."""
+    assert said("""
+        said = []
+        def sink(level, message):
+            time.sleep(0.02)
+            said.append(os.getpid())
+        oaslam.set_log_sink(sink)
+        slam = oaslam.Slam(live, camera)
+        def work():
+            for image in images:
+                slam.process(image.image, image.timestamp)
+        thread = threading.Thread(target=work)
+        thread.start()
+        for _ in range(4):
+            child = os.fork()
+            if child == 0:
+                mine = oaslam.Slam(live, camera)
+                mine.load(oaslam.MapSnapshot())  # says that it is empty
+                sys.exit(0 if os.getpid() in said else 1)
+            print(status_of(child))
+        thread.join()
+        """) == 4 * ["0"]

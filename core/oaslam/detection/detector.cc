@@ -97,12 +97,18 @@ struct Detector::Impl {
   size_t output = 0;                 // index of the output with the boxes
   std::optional<size_t> prototypes;  // index of the output with the mask prototypes
   OutputFormat format;
+  cv::Size recognized;  // of the output: numbers of a candidate, candidates
   LayoutCheck check;
 
   std::vector<cv::Mat> Forward(const cv::Mat& network_image) {
     const bool is_yolox = format.layout == DetectorLayout::kYolox;
     return network->Run(cv::dnn::blobFromImage(network_image, is_yolox ? 1.0 : 1.0 / 255,
                                                cv::Size(), cv::Scalar(), !is_yolox));
+  }
+
+  cv::Size SizeOf(const cv::Mat& tensor) const {
+    const Candidates candidates = CandidatesOf(tensor, format);
+    return {candidates.numbers, candidates.count};
   }
 
   // Finds the first output that has the form of a detector's.
@@ -113,6 +119,7 @@ struct Detector::Impl {
       if (!found) continue;
       output = i;
       format = *found;
+      recognized = SizeOf(outputs[i]);
       return true;
     }
     return false;
@@ -138,19 +145,28 @@ struct Detector::Impl {
                        input_size.height, KindOf(outputs, head.task));
       }
     }
-    Decode(outputs[output]);
+    Check(outputs[output], {});  // a grey image may show anything but objects
   }
 
   // Throws InputError where the output has another layout.
+  void Check(const cv::Mat& tensor, const std::vector<Candidate>& candidates) {
+    const std::string problem = check.Add(tensor, format, input_size, candidates);
+    if (problem.empty()) return;
+    throw BadInput(
+        "{}: its output {} was taken for layout '{}'{}, but gives {}; it is another kind of "
+        "network, or its layout has to be given ({})",
+        path, ShapeText(tensor), ToString(format.layout),
+        format.classes > 0 ? fmt::format(" of {} classes", format.classes) : "", problem,
+        kLayoutNames);
+  }
+
   std::vector<Candidate> Decode(const cv::Mat& tensor) {
+    const cv::Size size = SizeOf(tensor);
+    if (size.width != recognized.width || (!IsListed(format) && size.height != recognized.height))
+      throw BadInput("{}: its output had {} rows of {} numbers, and now is {}", path,
+                     recognized.height, recognized.width, ShapeText(tensor));
     std::vector<Candidate> found = DecodeCandidates(tensor, format, input_size, options.min_score);
-    if (const std::string problem = check.Add(tensor, format, input_size, found); !problem.empty())
-      throw BadInput(
-          "{}: its output {} was taken for layout '{}'{}, but gives {}; it is another kind of "
-          "network, or its layout has to be given ({})",
-          path, ShapeText(tensor), ToString(format.layout),
-          format.classes > 0 ? fmt::format(" of {} classes", format.classes) : "", problem,
-          kLayoutNames);
+    Check(tensor, found);
     std::erase_if(found, [](const Candidate& candidate) { return !IsUsable(candidate); });
     // Networks of 8 bits round up.
     for (Candidate& candidate : found) {

@@ -15,8 +15,6 @@ std::string ProblemOfNumbers(const cv::Mat& output, const OutputFormat& format,
                              const cv::Size& network_size) {
   const Candidates candidates = CandidatesOf(output, format);
   const ScoreNumbers scores = ScoresOf(format);
-  // A list is filled up with rows of any negative score.
-  const bool is_list = scores.end == scores.first + 1;
   float least = 0, most = 0, farthest = 0;
   for (int i = 0; i < candidates.count; ++i) {
     farthest = std::max({farthest, std::abs(candidates(i, 0)), std::abs(candidates(i, 1))});
@@ -25,7 +23,8 @@ std::string ProblemOfNumbers(const cv::Mat& output, const OutputFormat& format,
       most = std::max(most, candidates(i, k));
     }
   }
-  if (most > 1 + kRounding || (!is_list && least < -kRounding))
+  // A list is filled up with rows of any negative score.
+  if (most > 1 + kRounding || (!IsListed(format) && least < -kRounding))
     return fmt::format("a score of {:.4g}, allowed: 0 to 1", most > 1 + kRounding ? most : least);
   constexpr float kFinestStride = 8;  // pixels a cell
   const auto side = static_cast<float>(std::max(network_size.width, network_size.height));

@@ -34,8 +34,8 @@ int GridCells(const cv::Size& size) {
 
 // The matrix of an output [1, rows, columns] or [rows, columns]; nothing for other shapes.
 std::optional<cv::Mat> MatrixOf(const cv::Mat& output) {
-  OASLAM_CHECK(output.depth() == CV_32F && output.isContinuous());
   if (output.dims != 2 && !(output.dims == 3 && output.size[0] == 1)) return std::nullopt;
+  OASLAM_CHECK(output.depth() == CV_32F && output.isContinuous());
   return cv::Mat(output.size[output.dims - 2], output.size[output.dims - 1], CV_32F,
                  const_cast<uchar*>(output.data));
 }
@@ -113,7 +113,7 @@ struct OutputFacts {
   // Rows of a box with its score, its class and perhaps more.
   bool AreListed() const {
     const bool has_known_rest = head.task == "pose" || head.task == "segment";
-    return rows.numbers == 6 + rest || (has_known_rest && rows.numbers >= 6 &&
+    return rows.numbers == 6 + rest || (has_known_rest && rows.numbers >= 6 + masks &&
                                         !FillsGridsBy(rows.count) && !FillsGridsBy(rows.numbers));
   }
 };
@@ -263,16 +263,21 @@ std::optional<DetectorLayout> DetectorLayoutFromString(const std::string& name) 
 }
 
 Candidates CandidatesOf(const cv::Mat& output, const OutputFormat& format) {
-  const cv::Mat matrix = MatrixOf(output).value();
-  const auto columns = static_cast<size_t>(matrix.cols);
-  const float* const data = matrix.ptr<float>();
+  const std::optional<cv::Mat> matrix = MatrixOf(output);
+  if (!matrix) return {};
+  const auto columns = static_cast<size_t>(matrix->cols);
+  const float* const data = matrix->ptr<float>();
   if (format.layout == DetectorLayout::kYolov8 && !format.is_transposed)
-    return {data, matrix.cols, matrix.rows, 1, columns};
-  return {data, matrix.rows, matrix.cols, columns, 1};
+    return {data, matrix->cols, matrix->rows, 1, columns};
+  return {data, matrix->rows, matrix->cols, columns, 1};
+}
+
+bool IsListed(const OutputFormat& format) {
+  return format.layout == DetectorLayout::kEndToEnd || format.has_class;
 }
 
 ScoreNumbers ScoresOf(const OutputFormat& format) {
-  if (format.layout == DetectorLayout::kEndToEnd || format.has_class) return {4, 5};
+  if (IsListed(format)) return {4, 5};
   const bool has_objectness =
       format.layout == DetectorLayout::kYolox || format.layout == DetectorLayout::kYolov5;
   return {4, (has_objectness ? 5 : 4) + format.classes};
@@ -306,7 +311,9 @@ std::optional<OutputFormat> RecognizeOutput(const cv::Mat& output, const cv::Siz
       [[fallthrough]];
     case DetectorLayout::kYolov8:
       if (!facts.FillsGridsBy(candidates)) return std::nullopt;
-      if (format.is_transposed && UnitOf(facts.rows, network_size) == BoxUnit::kOther)
+      if (format.is_transposed &&
+          (UnitOf(facts.rows, network_size) == BoxUnit::kOther ||
+           (facts.names() > 0 && columns != 4 + facts.names() + facts.rest)))
         return std::nullopt;
       break;
     case DetectorLayout::kEndToEnd:
@@ -336,9 +343,8 @@ std::vector<Candidate> DecodeCandidates(const cv::Mat& output, const OutputForma
   if (format.layout == DetectorLayout::kYolox)
     return DecodeYolox(MatrixOf(output).value(), format.classes, network_size, min_score);
   const Candidates candidates = CandidatesOf(output, format);
-  return format.layout == DetectorLayout::kEndToEnd || format.has_class
-             ? DecodeListed(candidates, format, network_size, min_score)
-             : DecodeScores(candidates, format, network_size, min_score);
+  return IsListed(format) ? DecodeListed(candidates, format, network_size, min_score)
+                          : DecodeScores(candidates, format, network_size, min_score);
 }
 
 std::vector<Candidate> DecodeOutput(const cv::Mat& output, const OutputFormat& format,

@@ -31,7 +31,12 @@ struct Candidates {
     return data[static_cast<size_t>(candidate) * next + static_cast<size_t>(number) * step];
   }
 };
+// None where the output is no matrix.
 Candidates CandidatesOf(const cv::Mat& output, const OutputFormat& format);
+
+// Whether each candidate has one score and its class; a list has as many rows as there are boxes,
+// or is filled up.
+bool IsListed(const OutputFormat& format);
 
 // The numbers of a candidate that are scores between 0 and 1: [first, end).
 struct ScoreNumbers {

@@ -348,6 +348,12 @@ TEST(YoloOutput, ReadsTheBoxesOfOtherHeads) {
   }
 }
 
+TEST(YoloOutput, MoreMasksThanNumbersAreNoSegmentation) {
+  HeadMetadata head = HeadOf(3);
+  head.task = "segment";
+  EXPECT_FALSE(RecognizeOutput(Tensor(300, 30), {640, 640}, DetectorLayout::kAuto, head, 32));
+}
+
 TEST(YoloOutput, AnOverrideIsCheckedAgainstTheShape) {
   const cv::Size size(640, 640);
   EXPECT_EQ(Recognize({1, 8400, 85}, size, DetectorLayout::kYolov5, 0, false)->classes,

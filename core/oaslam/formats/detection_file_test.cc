@@ -225,7 +225,7 @@ TEST_F(DetectionFileTest, BadEntriesAreNamed) {
       HasSubstr("detection_score: 1.8, allowed: 0 to 1"));
   EXPECT_THAT(
       ErrorOf(
-          R"([{"file_name": "a/1.png", "detections": []}, {"file_name": "b/1.png", "detections": []}])"),
+          R"([{"file_name": "a/1.png", "detections": []}, {"file_name": "a/1.png", "detections": []}])"),
       HasSubstr("a/1.png"));
   EXPECT_THAT(ErrorOf("[{\"file_name\""), HasSubstr("malformed JSON"));
   EXPECT_THAT(ErrorOf("17"), HasSubstr("expected a list"));

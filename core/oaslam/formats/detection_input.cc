@@ -161,28 +161,29 @@ DetectionTable InFormOf(const std::vector<std::string>& images, const DetectionT
 }
 
 // Adds an entry without detections for each image that has none, while an image of the same base
-// name in another folder has one.
+// name in another folder has one. Throws where the folders do not tell which entry is meant.
 DetectionTable WithFolders(const std::vector<std::string>& images, const DetectionTable& detections,
                            const std::string& path) {
-  std::map<std::string, std::vector<std::string>> paths;
+  std::map<std::string, std::vector<std::string>> paths, entries;  // by base name
   for (const std::string& image : images) paths[BaseName(image)].push_back(image);
-  std::map<std::string, std::vector<std::string>> entries;
   for (const ImageDetections& entry : detections.images())
     entries[BaseName(entry.file_name)].push_back(entry.file_name);
   std::vector<ImageDetections> added;
   for (const auto& [name, same] : paths) {
     const auto found = entries.find(name);
-    if (same.size() < 2 || found == entries.end()) continue;
-    if (const auto bare = std::ranges::find(found->second, name); bare != found->second.end())
+    if (found == entries.end() || (same.size() < 2 && found->second.size() < 2)) continue;
+    const auto has_entry = [&](const std::string& image) {
+      return std::ranges::any_of(
+          found->second, [&](const std::string& entry) { return AreInSameFolder(entry, image); });
+    };
+    const bool has_bare = std::ranges::find(found->second, name) != found->second.end();
+    if (has_bare || std::ranges::none_of(same, has_entry))
       throw BadInput(
-          "{}: {} may be {} or {}: names of detections need the folder, as oaslam detect "
-          "writes it",
-          path, Quoted(name), Quoted(same[0]), Quoted(same[1]));
+          "{}: {} of {} images named {} is not clear, as of {}: names need the folder, as oaslam "
+          "detect writes it",
+          path, Quoted(found->second.front()), same.size(), Quoted(name), same.front());
     for (const std::string& image : same)
-      if (std::ranges::none_of(found->second, [&](const std::string& entry) {
-            return AreInSameFolder(entry, image);
-          }))
-        added.push_back({image, {}});
+      if (!has_entry(image)) added.push_back({image, {}});
   }
   if (added.empty()) return detections;
   added.insert(added.begin(), detections.images().begin(), detections.images().end());

@@ -70,8 +70,10 @@ TEST(MatchedToImages, ByFolderWhereImagesHaveOneName) {
   EXPECT_EQ(CategoryAt(one, images[0]), 1);
   EXPECT_EQ(CategoryAt(one, images[1]), -1);
   EXPECT_EQ(CategoryAt(one, images[2]), 0);
-  EXPECT_INPUT_ERROR(Match({"1.png"}, images),
-                     HasSubstrs("d.json", "/d/left/1.png", "/d/right/1.png", "need the folder"));
+  EXPECT_INPUT_ERROR(Match({"1.png"}, images), HasSubstrs("d.json", "\"1.png\" of 2 images",
+                                                          "/d/left/1.png", "need the folder"));
+  EXPECT_INPUT_ERROR(Match({"a/2.png", "b/2.png"}, images),
+                     HasSubstrs("/d/right/2.png", "\"a/2.png\" of 1 images"));
 }
 
 TEST(MatchedToImages, ByNumber) {
