@@ -38,7 +38,7 @@ IMPLEMENTED_IN = {path.stem + ".h": path.parts[0] for path in map(pathlib.PurePa
 
 # These rooms run by themselves, in a browser or on a robot. They and their tests may use these libraries, beside the standard one and POSIX.
 STANDALONE = ("util", "geometry", "features", "estimation", "odometry")
-STANDALONE_HEADERS = re.compile(r"(Eigen|fmt|hwy|gtest|gmock)/|sys/resource\.h$|time\.h$|[a-z_]+$")
+STANDALONE_HEADERS = re.compile(r"(Eigen|fmt|hwy|gtest|gmock)/|(sys/resource|time|pthread|unistd)\.h$|[a-z_]+$")
 STANDALONE_LIBRARIES = {"Eigen3::Eigen", "fmt::fmt", "hwy::hwy", "Threads::Threads"}
 
 
@@ -105,8 +105,9 @@ def foreign_libraries(cmake):
     return {(room, library) for room in STANDALONE for library in links[room] - STANDALONE_LIBRARIES if library.removeprefix("oaslam_") not in STANDALONE}
 
 
-# The viewer shows key points and boxes that Slam hands it in a wrapper (Slam::View). Joining saved maps needs no Slam.
-OPENED_BY = {"oaslam/system/slam_view.h": "viewer/map_viewer.cc", "oaslam/system/map_merging.h": "command/program/merge.cc"}
+# The viewer shows key points and boxes that Slam hands it in a wrapper (Slam::View). Joining saved maps, and taking over the edits of one, needs no Slam.
+OPENED_BY = {"oaslam/system/slam_view.h": "viewer/map_viewer.cc", "oaslam/system/map_merging.h": "command/program/merge.cc",
+             "oaslam/system/edit_takeover.h": "command/program/map_out.h"}
 FRIENDS = {("public/slam_state.h", "Slam")}  # which makes SlamStates
 
 

@@ -491,7 +491,7 @@ TEST(Slam, IsRefusedToAForkedChildWhichEndsAndMakesItsOwn) {
   for (const SlamConfig& config : {SlamConfig::Live(), SlamConfig::Offline()}) {
     auto slam = std::make_unique<Slam>(config, clip.camera);
     const SlamStates states = slam->States();
-    const auto film = OpenImages(clip.kFolder + "/video.mp4");
+    auto film = OpenImages(clip.kFolder + "/video.mp4");
     LatestImageSource latest(OpenImages(clip.kFolder + "/video.mp4"));
     for (const ImageInput& image : clip.images) slam->Process(image);
     ASSERT_TRUE(film->Next());
@@ -503,6 +503,8 @@ TEST(Slam, IsRefusedToAForkedChildWhichEndsAndMakesItsOwn) {
       EXPECT_THROW(states.WaitForNext(nullptr, std::chrono::milliseconds(1)), ForkError);
       EXPECT_THROW(film->Next(), ForkError);
       EXPECT_THROW(latest.Next(), ForkError);
+      latest.Stop();
+      EXPECT_THROW(LatestImageSource(std::move(film)).Next(), ForkError);
       slam = std::make_unique<Slam>(config, clip.camera);
       for (const ImageInput& image : clip.images) slam->Process(image);
       slam->Finish();

@@ -69,7 +69,7 @@ class TestTwoWriters(harness.InFolder):
 
     def test_a_run_takes_over_what_was_edited_meanwhile(self):
         must_run(*place(self.map, "old"))
-        run = self.run("out", self.map, "--map-in", self.map)
+        run = self.run("out", self.map, "--map-in", self.map, frames=(0, 100))
         must_run(*place(self.map, "new"))
         must_run("anchors", self.map, "--delete", "old", "--quiet")
         must_run("objects", self.map, "--rename", f"{OBJECT}=mine", "--quiet")
@@ -139,11 +139,11 @@ class TestTwoWriters(harness.InFolder):
         folder = os.open(self.at, os.O_RDONLY)
         fcntl.flock(folder, fcntl.LOCK_EX)
         edit = start(*place(self.map, "late"))
-        time.sleep(3)
+        said = edit.stderr.readline()
+        assert re.search(rf"a\.map: waits for .+ \(process {os.getpid()}\), which writes maps in this folder", said), said
         assert edit.poll() is None
         os.close(folder)
-        _, err = edit.communicate(timeout=60)
-        assert edit.returncode == 0 and re.search(rf"a\.map: waits for .+ \(process {os.getpid()}\), which writes maps in this folder", err), err
+        assert edit.wait(60) == 0, edit.stderr.read()
         assert anchors(self.map) == {"late"}
 
     def test_a_file_system_without_locks(self):

@@ -24,6 +24,6 @@ PYBIND11_MODULE(_oaslam, m) {
   AddMapLocalizer(m);
   AddMapViewer(m);
   AddLog(m);
-  PickleByName(m);
+  DefinePickling(m);
   m.attr("__name__") = own_name;
 }

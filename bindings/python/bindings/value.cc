@@ -39,14 +39,34 @@ void RefuseMember(const std::string& name, py::handle state, py::handle type) {
           .format(type.attr("__module__"), type.attr("__qualname__"), name, state));
 }
 
-void PickleByName(py::handle module) {
-  for (const auto& [name, type] : module.attr("__dict__").cast<py::dict>()) {
-    if (!py::hasattr(type, "__members__")) continue;
-    type.attr("__reduce_ex__") = py::cpp_function(
-        [getattr = py::module_::import("builtins").attr("getattr")](const py::object& value, int) {
-          return py::make_tuple(getattr, py::make_tuple(py::type::of(value), value.attr("name")));
-        },
-        py::name("__reduce_ex__"), py::is_method(type));
+void DefinePickling(py::handle scope) {
+  const auto define = [](py::handle type, auto reduce) {
+    type.attr("__reduce_ex__") =
+        py::cpp_function(reduce, py::name("__reduce_ex__"), py::is_method(type));
+  };
+  const py::handle exception = PyExc_BaseException;
+  for (const auto& [name, type] : py::dict(scope.attr("__dict__"))) {
+    if (!py::isinstance<py::type>(type) || PyObject_IsSubclass(type.ptr(), exception.ptr()) != 0)
+      continue;
+    if (py::hasattr(type, "__members__")) {
+      define(type, [](const py::object& value, int) {
+        return py::make_tuple(py::module_::import("builtins").attr("getattr"),
+                              py::make_tuple(py::type::of(value), value.attr("name")));
+      });
+      continue;
+    }
+    if (py::hasattr(type, "__setstate__"))
+      define(type, [](const py::object& value, int) {
+        return py::make_tuple(py::module_::import("copyreg").attr("__newobj__"),
+                              py::make_tuple(py::type::of(value)), value.attr("__getstate__")());
+      });
+    else
+      define(type, [](const py::object& value, int) -> py::object {
+        const py::type own = py::type::of(value);
+        throw py::type_error(py::str("cannot pickle '{}.{}' object")
+                                 .format(own.attr("__module__"), own.attr("__qualname__")));
+      });
+    DefinePickling(type);
   }
 }
 

@@ -75,8 +75,10 @@ void ExpectMembers(const py::dict& state, const std::vector<std::string>& names,
 // Throws ValueError: the state of this member is of another type.
 [[noreturn]] void RefuseMember(const std::string& name, py::handle state, py::handle type);
 
-// Enumerators of a module are pickled by their names, whose numbers another version may change.
-void PickleByName(py::handle module);
+// Defines for all types of a scope how they are pickled, by any protocol: values by their state,
+// enumerators by their names (another version may change the numbers), others not at all. What
+// pybind11 inherits for the protocols 0 and 1 would end the program.
+void DefinePickling(py::handle scope);
 
 // A value whose members will all be set.
 template <typename T>
@@ -192,6 +194,8 @@ class Value : public py::class_<T> {
       try {
         member.set(value, state[member.name.c_str()]);
       } catch (const py::cast_error&) {
+        RefuseMember(member.name, state[member.name.c_str()], type);
+      } catch (const py::reference_cast_error&) {  // None where there must be a value
         RefuseMember(member.name, state[member.name.c_str()], type);
       }
     }

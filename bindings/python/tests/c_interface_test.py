@@ -41,7 +41,7 @@ class PosesOfResult(ctypes.Structure):
 
 class Result(ctypes.Structure):
     _fields_ = [("frame", ctypes.c_int32), ("timestamp", ctypes.c_double), ("state", ctypes.c_int), ("source", ctypes.c_int), ("world", ctypes.c_uint32),
-                ("is_uncertain", ctypes.c_int32), ("confidence", ctypes.c_double), ("seconds_without_map", ctypes.c_double), ("depth", ctypes.c_double),
+                ("is_uncertain", ctypes.c_int32), ("confidence", ctypes.c_double), ("seconds_without_map", ctypes.c_double), ("depth", ctypes.c_double), ("focal_ratio", ctypes.c_double),
                 ("covariance", ctypes.c_double * 36), ("matched", ctypes.c_int32), ("inliers", ctypes.c_int32), ("detections", ctypes.c_int32),
                 ("objects", ctypes.c_int32), ("elsewhere_count", ctypes.c_int32), ("elsewhere", ctypes.c_uint32 * 8), ("reserved", PosesOfResult)]
 

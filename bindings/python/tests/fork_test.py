@@ -28,7 +28,7 @@ live, offline = oaslam.SlamConfig.live(), oaslam.SlamConfig.offline()
 """
 
 
-def said(program, seconds=150):
+def said(program, seconds=300):
     """What a program prints; the program and its children are killed where they hang."""
     ended = subprocess.run(["timeout", "--signal=KILL", str(seconds), sys.executable, "-W", "ignore", "-c", BEGIN + textwrap.dedent(program)],
                            capture_output=True, text=True)

@@ -30,8 +30,10 @@ class ProcessBound {
   ProcessBound() = default;
   ProcessBound(std::unique_ptr<T> object) : object_(object.release()) {}  // NOLINT: as unique_ptr
 
+  // Whether this is the process in which it was made.
+  bool IsHere() const { return object_.get_deleter().forks == ForksBefore(); }
   T* operator->() const {
-    if (object_.get_deleter().forks != ForksBefore()) throw ForkError();
+    if (!IsHere()) throw ForkError();
     return object_.get();
   }
   T& operator*() const { return *operator->(); }

@@ -81,8 +81,8 @@ class OASLAM_API MappingError : public std::runtime_error {
 // changes nothing. Once mapping has failed, Process and the functions that change the map throw
 // MappingError at every call. Finish throws it only where no call has thrown it before, so that a
 // program which has reported the failure can still finish. All other functions keep working, and
-// Load and Reset recover. Exceptions reach the caller of a function only, never a thread of the
-// library.
+// Load and Reset recover. In a forked child every function of a Slam of the parent throws
+// ForkError. Exceptions reach the caller of a function only, never a thread of the library.
 //
 // What Reset, Load and SetMapping change and keep, in whatever order they are called:
 //

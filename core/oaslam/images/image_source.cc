@@ -34,7 +34,9 @@ class DecodedSource : public ImageSource {
   explicit DecodedSource(std::unique_ptr<ImageSource> source) : source_(std::move(source)) {}
   std::optional<InputImage> Next() override { return source_->Next(); }
   int size() const override { return source_->size(); }
-  void Stop() override { source_->Stop(); }
+  void Stop() override {
+    if (source_.IsHere()) source_->Stop();
+  }
 
  private:
   ProcessBound<ImageSource> source_;

@@ -143,7 +143,9 @@ LatestImageSource::~LatestImageSource() = default;
 
 std::optional<InputImage> LatestImageSource::Next() { return impl_->Next(); }
 int LatestImageSource::size() const { return impl_->size(); }
-void LatestImageSource::Stop() { impl_->Stop(); }
+void LatestImageSource::Stop() {
+  if (impl_.IsHere()) impl_->Stop();
+}
 int LatestImageSource::dropped() const { return impl_->dropped(); }
 
 std::unique_ptr<LatestImageSource> OpenCamera(const std::string& source,
