@@ -62,14 +62,14 @@ void Refine(const SlamConfig& config, int index, CameraEstimate& camera, SavedMa
   camera.why_not = found.why_not;
   if (!found.success) return;
   // The difference between two maps of the same images is a lower bound on the standard deviation.
-  if (camera.is_determined)
-    found.focal_sigma_px =
-        std::max(found.focal_sigma_px, std::abs(found.camera.fx - camera.camera.fx));
+  found.focal_sigma_px =
+      std::max(found.focal_sigma_px, std::abs(found.camera.fx - camera.camera.fx));
   camera.is_determined = found.RelativeSigma() < kMaxRelativeSigma;
   if (!camera.is_determined)
     camera.why_not = fmt::format("maps of the same images differ by {:.1f} % in the focal length",
                                  100 * found.RelativeSigma());
   found.camera.is_guess = !camera.is_determined;
+  found.camera.focal_sigma = camera.is_determined ? 0 : std::min(1.0, found.RelativeSigma());
   ImageTime now;
   if (!saved.trajectory.empty())
     now = {saved.trajectory.back().frame_index, saved.trajectory.back().timestamp};

@@ -63,6 +63,23 @@ nlohmann::ordered_json CameraSummary(const Camera& camera,
   return summary;
 }
 
+// The focal lengths of a lens that changed; null where it did not.
+nlohmann::ordered_json LensSummary(const Camera& camera,
+                                   const std::vector<std::pair<int, TrackingResult>>& frames) {
+  nlohmann::ordered_json summary;
+  double least = 1, most = 1;
+  for (const auto& [index, r] : frames) {
+    if (r.focal_ratio != 1 && summary.is_null()) summary["changes_from_s"] = r.timestamp;
+    least = std::min(least, r.focal_ratio);
+    most = std::max(most, r.focal_ratio);
+  }
+  if (summary.is_null()) return summary;
+  summary["least_fx"] = Rounded(least * camera.fx, .1);
+  summary["most_fx"] = Rounded(most * camera.fx, .1);
+  summary["last_fx"] = Rounded(frames.back().second.focal_ratio * camera.fx, .1);
+  return summary;
+}
+
 nlohmann::ordered_json SubmapSummary(const Map& map, const std::vector<StampedPose>& trajectory) {
   nlohmann::ordered_json summary;
   summary["images"] = trajectory.size();
@@ -242,6 +259,7 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
                                   {"classes", by_objects->classes}};
   summary["loops"] = saved.map.loops_closed;
   summary["camera"] = CameraSummary(camera_, estimate_);
+  if (const auto lens = LensSummary(camera_, frames_); !lens.is_null()) summary["lens"] = lens;
   summary["ms_median"] = Rounded(Percentile(ms, .5), .01);
   summary["ms_mean"] =
       ms.empty()

@@ -12,8 +12,8 @@ namespace {
 
 Camera MakeCamera(LensModel model, int width, int height, double fx, double fy, double cx,
                   double cy, const std::vector<double>& distortion, bool is_guess,
-                  const std::string& name) {
-  Camera camera{model, width, height, fx, fy, cx, cy, {}, is_guess, name};
+                  double focal_sigma, const std::string& name) {
+  Camera camera{model, width, height, fx, fy, cx, cy, {}, is_guess, name, focal_sigma};
   if (distortion.size() > camera.distortion.size())
     throw py::value_error("a camera has at most 5 numbers of distortion, not " +
                           std::to_string(distortion.size()));
@@ -68,7 +68,7 @@ void AddCameras(py::module_& m) {
       .def(py::init(&MakeCamera), py::kw_only(), py::arg("model") = LensModel::kPinhole,
            py::arg("width"), py::arg("height"), py::arg("fx"), py::arg("fy"), py::arg("cx"),
            py::arg("cy"), py::arg("distortion") = py::tuple(), py::arg("is_guess") = false,
-           py::arg("name") = "", doc::Camera)
+           py::arg("focal_sigma") = 0, py::arg("name") = "", doc::Camera)
       .def_readwrite(OASLAM_FIELD(Camera, model))
       .def_readwrite(OASLAM_FIELD(Camera, width))
       .def_readwrite(OASLAM_FIELD(Camera, height))
@@ -82,6 +82,7 @@ void AddCameras(py::module_& m) {
           [](Camera& c, const std::array<double, 5>& d) { c.distortion = d; },
           doc::Camera_distortion)
       .def_readwrite(OASLAM_FIELD(Camera, is_guess))
+      .def_readwrite(OASLAM_FIELD(Camera, focal_sigma))
       .def_readwrite(OASLAM_FIELD(Camera, name))
       .def("has_distortion", &Camera::HasDistortion, doc::Camera_HasDistortion)
       .def("project", &Project, py::arg("in_cam"),

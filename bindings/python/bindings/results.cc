@@ -45,6 +45,7 @@ void AddTrackingResult(py::module_& m) {
       .def_array(OASLAM_FIELD(TrackingResult, covariance))
       .def_readonly(OASLAM_FIELD(TrackingResult, is_uncertain))
       .def_readonly(OASLAM_FIELD(TrackingResult, seconds_without_map))
+      .def_readonly(OASLAM_FIELD(TrackingResult, focal_ratio))
       .def_readonly(OASLAM_FIELD(TrackingResult, depth))
       .def_readonly(OASLAM_FIELD(TrackingResult, motion_unit))
       .def_readonly(OASLAM_FIELD(TrackingResult, ms_total))

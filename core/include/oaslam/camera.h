@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <tuple>
 
 #include "oaslam/export.h"
 
@@ -28,6 +29,10 @@ struct Camera {
   std::array<double, 5> distortion{};
   bool is_guess = false;  // made from a field of view, not calibrated
   std::string name{};
+  // The standard deviation of the logarithm of the focal length where this is only roughly known:
+  // of a camera that the images do not determine, or of a lens that has changed; else 0.
+  // Covariances of poses include it. Not saved in a map.
+  double focal_sigma = 0;
 
   // Whether a coefficient is not 0.
   bool HasDistortion() const {
@@ -42,7 +47,14 @@ struct Camera {
   // Nothing where the lens model has no inverse.
   OASLAM_API std::optional<Eigen::Vector3d> Lift(const Eigen::Vector2d& pixel) const;
 
-  bool operator==(const Camera&) const = default;
+  // Whether all but focal_sigma is the same.
+  bool operator==(const Camera& other) const {
+    const auto all = [](const Camera& c) {
+      return std::tie(c.model, c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.distortion, c.is_guess,
+                      c.name);
+    };
+    return all(*this) == all(other);
+  }
 };
 
 }  // namespace oaslam

@@ -180,6 +180,7 @@ typedef struct {
   uint32_t world; /* in which the pose is */
   int32_t is_uncertain;
   double confidence, seconds_without_map, depth;
+  double focal_ratio;       /* of the image to the camera: 1 unless the lens was seen to change */
   double covariance[36];    /* rows of a 6x6 matrix: translation, rotation, in the camera's axes */
   int32_t matched, inliers; /* -1 where no landmarks were looked for */
   int32_t detections, objects;

@@ -18,7 +18,7 @@ struct RelocalizeOptions {
   // a pose that is found there must pass the same acceptance test as any other.
   // RelocalizationMode::kObjects ignores it.
   std::optional<Rigid3> prior{};
-  // The image's camera, if it is another one than that of the Slam.
+  // The image's camera, if it is another one than that of the newest image of the Slam.
   std::optional<Camera> camera{};
   // The camera is not known, and found with the pose: those of the map are tried, and a focal
   // length estimated from the image's points. Needs an image. A MapLocalizer does this wherever no

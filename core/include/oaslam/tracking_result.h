@@ -84,6 +84,9 @@ struct TrackingResult {
   double confidence = 0;  // probability that the pose is right (RelocalizationResult)
   // During dead reckoning (kOdometry): seconds since the map last gave a pose; else 0.
   double seconds_without_map = 0;
+  // The focal length of the image, divided by that of the camera that was given: 1 unless the lens
+  // was seen to change (a zoom, autofocus, another lens).
+  double focal_ratio = 1;
   // Median depth of what supports the pose, map units: of landmarks, of the objects in the image,
   // or of the points that the odometry follows; 0 where none is known.
   double depth = 0;

@@ -42,10 +42,21 @@ struct Problem {
   std::vector<LandmarkId> landmarks;  // by point
 };
 
-std::vector<KeyframeId> SelectKeyframes(const Map& map, int camera) {
+// By index into Map::cameras: the focal length divided by that of a camera, where it is the same
+// lens; else nothing.
+std::vector<std::optional<double>> ZoomsOf(const Map& map, int camera) {
+  std::vector<std::optional<double>> zooms;
+  for (const Camera& other : map.cameras)
+    zooms.push_back(ZoomBetween(map.cameras[static_cast<size_t>(camera)], other));
+  zooms[static_cast<size_t>(camera)] = 1;
+  return zooms;
+}
+
+std::vector<KeyframeId> SelectKeyframes(const Map& map,
+                                        const std::vector<std::optional<double>>& zooms) {
   std::vector<KeyframeId> all;
   map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
-    if (k.camera == camera) all.push_back(id);
+    if (zooms[static_cast<size_t>(k.camera)]) all.push_back(id);
   });
   if (all.size() <= kMaxKeyframes) return all;
   std::vector<KeyframeId> spread;
@@ -54,14 +65,13 @@ std::vector<KeyframeId> SelectKeyframes(const Map& map, int camera) {
 }
 
 // The displacement of a static point in the image for each second of readout time, due to the
-// distance of its row from the middle one.
+// distance of its row in the image from the middle one.
 Eigen::Vector2d ByReadout(const Camera& camera, const Keyframe& keyframe,
-                          const CameraMotion& motion, const Eigen::Vector3d& point,
-                          const Eigen::Vector2d& raw) {
+                          const CameraMotion& motion, const Eigen::Vector3d& point, double row) {
   const Eigen::Vector3d p = keyframe.cam_from_world * point;
   const auto velocity = motion.At(keyframe.timestamp);
   if (!velocity || p.z() <= 0) return Eigen::Vector2d::Zero();
-  return ((raw.y() + 0.5) / camera.height - 0.5) * PixelWithDerivatives(camera, p).by_point *
+  return ((row + 0.5) / camera.height - 0.5) * PixelWithDerivatives(camera, p).by_point *
          velocity->Of(p);
 }
 
@@ -69,7 +79,9 @@ Problem Collect(const Map& map, int camera, std::span<const FramePose> trajector
   const CameraMotion motion(map, trajectory);
   Problem problem;
   problem.state.camera = map.cameras[static_cast<size_t>(camera)];
-  problem.keyframes = SelectKeyframes(map, camera);
+  const std::vector<std::optional<double>> zooms = ZoomsOf(map, camera);
+  const Eigen::Vector2d centre(problem.state.camera.cx, problem.state.camera.cy);
+  problem.keyframes = SelectKeyframes(map, zooms);
   for (const KeyframeId id : problem.keyframes)
     problem.state.poses.push_back(map.keyframes.At(id).cam_from_world);
   map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
@@ -80,12 +92,17 @@ Problem Collect(const Map& map, int camera, std::span<const FramePose> trajector
       if (place == problem.keyframes.end() || *place != o.keyframe) continue;
       const Features& features = *map.keyframes.At(o.keyframe).features;
       const Keypoint& k = features.keypoints[o.keypoint];
-      const Eigen::Vector2d raw = Distort(problem.state.camera, k.px.cast<double>());
+      const double zoom = *zooms[static_cast<size_t>(map.keyframes.At(o.keyframe).camera)];
+      const Eigen::Vector2d ideal = k.px.cast<double>(),
+                            unzoomed = zoom == 1 ? ideal : centre + (ideal - centre) / zoom;
+      const Eigen::Vector2d raw = Distort(problem.state.camera, unzoomed);
+      const double row =
+          zoom == 1 ? raw.y() : Distort(Zoomed(problem.state.camera, zoom), ideal).y();
       const PointMeasurement measurement{static_cast<int>(place - problem.keyframes.begin()), point,
-                                         raw, 1.0 / features.pyramid.scale[k.octave]};
+                                         raw, zoom / features.pyramid.scale[k.octave]};
       problem.measurements.push_back(
           {measurement, ByReadout(problem.state.camera, map.keyframes.At(o.keyframe), motion,
-                                  landmark.position, raw)});
+                                  landmark.position, row)});
     }
     if (problem.measurements.size() - before < 2) {
       problem.measurements.resize(before);

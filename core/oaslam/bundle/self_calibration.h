@@ -49,11 +49,11 @@ struct SelfCalibration {
 };
 
 // Estimates focal length, principal point and radial distortion of a camera of the map (an index
-// into Map::cameras) from its keyframes, by bundle adjustment in the original image that starts
-// from the map's camera. The ratio of the focal lengths and the other coefficients stay. It fails
-// where the motion does not determine the focal length: turning on the spot, moving without
-// turning, or whatever else leaves its standard deviation above 2 %. `trajectory` gives the motion
-// of the camera while it read out its images.
+// into Map::cameras) from its keyframes, and from those of the same lens with another zoom, by
+// bundle adjustment in the original image that starts from the map's camera. The ratio of the focal
+// lengths and the other coefficients stay. It fails where the motion does not determine the focal
+// length: turning on the spot, moving without turning, or whatever else leaves its standard
+// deviation above 2 %. `trajectory` gives the motion of the camera while it read out its images.
 SelfCalibration SelfCalibrate(const Map& map, int camera,
                               const SelfCalibrationOptions& options = {},
                               std::span<const FramePose> trajectory = {});

@@ -53,6 +53,27 @@ TEST(SelfCalibration, FindsTheFocalLengthFromAGuess) {
   }
 }
 
+TEST(SelfCalibration, KeyframesOfAnotherZoomTakePart) {
+  const synthetic::World world = synthetic::MakeWorld({.points = 400, .cameras = 12});
+  Map map = MapByGuess(world, world.camera, 0.9);
+  map.cameras[0].is_guess = false;
+  map.cameras.push_back(Zoomed(map.cameras[0], 1.2));
+  for (uint32_t id = 6; id < 12; ++id) {  // the same rays, seen by a longer lens
+    Keyframe& keyframe = map.keyframes.MutableAt(KeyframeId(id));
+    keyframe.camera = 1;
+    Features seen = *keyframe.features;
+    const Eigen::Vector2f centre(static_cast<float>(map.cameras[0].cx),
+                                 static_cast<float>(map.cameras[0].cy));
+    for (Keypoint& k : seen.keypoints) k.px = centre + 1.2F * (k.px - centre);
+    seen.BuildGrid();
+    keyframe.features = std::make_shared<const Features>(seen);
+  }
+  const SelfCalibration found = SelfCalibrate(map, 0);
+  ASSERT_TRUE(found.success) << found.why_not;
+  EXPECT_EQ(found.keyframes, 12);
+  EXPECT_NEAR(found.camera.fx / world.camera.fx, 1, 0.01);
+}
+
 TEST(SelfCalibration, FindsDistortionAndCenter) {
   synthetic::World world = synthetic::MakeWorld({.points = 600, .cameras = 16, .arc_deg = 90});
   world.camera.cx = 326;

@@ -158,6 +158,7 @@ oaslam_result ResultOf(const TrackingResult& r) {
   c.confidence = r.confidence;
   c.seconds_without_map = r.seconds_without_map;
   c.depth = r.depth;
+  c.focal_ratio = r.focal_ratio;
   for (int i = 0; i < 36; ++i) c.covariance[i] = r.covariance(i / 6, i % 6);
   c.matched = r.matched.value_or(-1);
   c.inliers = r.inliers.value_or(-1);

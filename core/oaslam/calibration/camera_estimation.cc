@@ -206,7 +206,10 @@ class OASLAM_LOCAL CameraEstimator::Impl {
     constexpr double kStays = 0.01;  // relative; the final map of all images corrects what is left
     Pass before = rough;
     for (int round = 0; round < kRounds; ++round) {
-      Pass pass = Map(before.calibration.camera, kFineSigma);
+      Camera found = before.calibration.camera;
+      found.is_guess = false;  // so that a change of the lens is noticed
+      found.focal_sigma = before.calibration.RelativeSigma();
+      Pass pass = Map(found, kFineSigma);
       if (!pass.calibration.success) return false;
       const double change = Change(pass.calibration.camera, before.calibration.camera);
       const bool stays = change < std::max(kStays, pass.calibration.RelativeSigma());
@@ -233,6 +236,9 @@ class OASLAM_LOCAL CameraEstimator::Impl {
   CameraEstimate Answer() {
     // Relative sigma; a guess of the field of view is off by more.
     constexpr double kWorthMoreThanAGuess = 0.1;
+    // Of a guess: phones, cameras of drones and wide lenses have fields of view of 50 to 85
+    // degrees.
+    constexpr double kOfAGuess = 0.2;
     const SelfCalibration& found = best_->calibration;
     CameraEstimate estimate;
     estimate.is_determined = found.success;
@@ -248,6 +254,7 @@ class OASLAM_LOCAL CameraEstimator::Impl {
     }
     estimate.camera = Scaled(camera, original_.width, original_.height);
     estimate.camera.is_guess = !found.success;
+    estimate.camera.focal_sigma = found.success ? 0 : is_usable ? found.RelativeSigma() : kOfAGuess;
     estimate.camera.name =
         options_.start && !options_.start->name.empty() ? options_.start->name : "estimated";
     return estimate;

@@ -18,7 +18,8 @@ PyramidScales::PyramidScales(int level_count, double scale_factor, double lowest
 int PyramidScales::PredictLevel(double distance, double max_distance) const {
   // At max_distance the landmark appears at level 0; at a distance smaller by factor^n it appears n
   // levels higher.
-  const double level = std::log(max_distance / distance) / std::log(static_cast<double>(factor));
+  const double level =
+      std::log(max_distance / (distance / zoom)) / std::log(static_cast<double>(factor));
   return std::clamp(static_cast<int>(std::lround(level)), 0, levels - 1);
 }
 

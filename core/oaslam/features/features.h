@@ -34,6 +34,10 @@ struct PyramidScales {
   // factor^level. The lowest level may differ from the given image, since features are taken at a
   // working resolution. It is also the standard deviation of a key point's position.
   std::array<float, kMaxLevels> scale{};
+  // The focal length of the image, divided by that of the images in which landmarks were seen
+  // first: what is seen through a lens that zooms in appears as if it were nearer by this factor.
+  // Not saved.
+  double zoom = 1;
 
   PyramidScales() : PyramidScales(8, 1.2) {}
   PyramidScales(int level_count, double scale_factor, double lowest = 1);
@@ -44,7 +48,7 @@ struct PyramidScales {
   // The scale of a level relative to the lowest.
   double Relative(int level) const { return scale[level] / scale[0]; }
   // The pyramid level at which a point appears at `distance`, if it appears at level 0 at
-  // `max_distance`; within [0, levels).
+  // `max_distance` without zoom; within [0, levels).
   int PredictLevel(double distance, double max_distance) const;
 };
 

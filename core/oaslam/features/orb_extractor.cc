@@ -7,6 +7,7 @@
 
 #include "oaslam/features/keypoint_spread.h"
 #include "oaslam/features/resize.h"
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {
@@ -48,7 +49,7 @@ double WorkingShrink(const Camera& camera, int resolution) {
 }  // namespace
 
 OrbExtractor::OrbExtractor(const FeaturesConfig& config, const Camera& camera)
-    : config_(config), camera_(camera), ideal_image_(camera) {
+    : config_(config), given_(camera), camera_(camera), ideal_image_(camera) {
   constexpr int kMinWidth = kMinKernelWidth + 2 * kFastBorder, kMinHeight = 2 * kBorder + 9;
   const double shrink = WorkingShrink(camera, config.resolution);
   const int lowest_width = std::max(1, Rounded(camera.width / shrink)),
@@ -63,6 +64,12 @@ OrbExtractor::OrbExtractor(const FeaturesConfig& config, const Camera& camera)
     levels_.emplace_back(width, height);
   }
   if (!levels_.empty()) blurred_ = GreyBuffer(lowest_width, lowest_height);
+}
+
+void OrbExtractor::UseFocalRatio(double ratio) {
+  camera_ = Zoomed(given_, ratio);
+  ideal_image_ = IdealImage(camera_);
+  pyramid_.zoom = ratio;
 }
 
 std::vector<int> OrbExtractor::CountPerLevel(int count) const {

@@ -40,6 +40,8 @@ std::string ProblemOf(const Camera& camera) {
   // Those of narrow lenses are large, since they are of high powers of small radii.
   for (const double k : camera.distortion)
     if (problem.empty()) problem = RangeProblem("distortion coefficient", k, -100, 100);
+  if (problem.empty())
+    problem = RangeProblem("standard deviation of the focal length", camera.focal_sigma, 0, 10);
   return problem;
 }
 

@@ -77,6 +77,24 @@ unsigned char TruncatedEdges(const Camera& camera, const Box& box) {
   return edges;
 }
 
+std::optional<double> ZoomBetween(const Camera& from, const Camera& to) {
+  constexpr double kRounding = 1e-9;
+  const double ratio = to.fx / from.fx;
+  Camera zoomed = Zoomed(from, ratio);
+  if (!(std::abs(zoomed.fy / to.fy - 1) < kRounding)) return std::nullopt;
+  zoomed.fx = to.fx;
+  zoomed.fy = to.fy;
+  const bool is_known = !from.is_guess && !to.is_guess;  // else it may be an error
+  return (is_known || from == to) && zoomed == to ? std::optional(ratio) : std::nullopt;
+}
+
+Camera Zoomed(const Camera& camera, double ratio) {
+  Camera zoomed = camera;
+  zoomed.fx *= ratio;
+  zoomed.fy *= ratio;
+  return zoomed;
+}
+
 Camera Scaled(const Camera& camera, int width, int height) {
   const double sx = static_cast<double>(width) / camera.width,
                sy = static_cast<double>(height) / camera.height;

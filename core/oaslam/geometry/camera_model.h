@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <optional>
 
 #include "oaslam/camera.h"
 #include "oaslam/types.h"
@@ -38,6 +39,12 @@ Box IdealImageBounds(const Camera& camera);
 
 // The camera of the same images scaled to another size. Pixel centres are at integers.
 Camera Scaled(const Camera& camera, int width, int height);
+
+// The camera with `ratio` times its focal length, as after a zoom; the same distortion of rays.
+Camera Zoomed(const Camera& camera, double ratio);
+// The ratio of the focal lengths of two cameras that differ in nothing else, as those of a lens
+// that zooms; nothing for others, and for guesses.
+std::optional<double> ZoomBetween(const Camera& from, const Camera& to);
 
 // The size of a detector pixel in px of the camera's image. Detectors scale images so that the
 // longer side has a fixed length, and the errors of their boxes scale with it: they are given in

@@ -1,5 +1,6 @@
 #include "oaslam/map/camera_replacement.h"
 
+#include <map>
 #include <memory>
 
 #include "oaslam/geometry/camera_model.h"
@@ -38,18 +39,27 @@ Features WithCamera(const Features& features, const Camera& old, const Camera& r
 }
 
 Map WithCamera(const Map& map, int camera, const Camera& replacement) {
-  const Camera old = map.cameras.at(static_cast<size_t>(camera));
+  const Camera& old = map.cameras.at(static_cast<size_t>(camera));
+  // By index: the replacement.
+  std::map<int, Camera> replaced{{camera, replacement}};
+  for (int i = 0; i < static_cast<int>(map.cameras.size()); ++i) {
+    const auto zoom = ZoomBetween(old, map.cameras[static_cast<size_t>(i)]);
+    if (i != camera && zoom) replaced.emplace(i, Zoomed(replacement, *zoom));
+  }
   Map changed = map;
-  changed.cameras[static_cast<size_t>(camera)] = replacement;
+  for (const auto& [index, by] : replaced) changed.cameras[static_cast<size_t>(index)] = by;
   for (const KeyframeId id : map.keyframes.Ids()) {
     const Keyframe& before = map.keyframes.At(id);
-    if (before.camera != camera || !before.features) continue;
-    changed.keyframes.MutableAt(id).features =
-        std::make_shared<const Features>(WithCamera(*before.features, old, replacement));
+    const auto by = replaced.find(before.camera);
+    if (by == replaced.end() || !before.features) continue;
+    changed.keyframes.MutableAt(id).features = std::make_shared<const Features>(
+        WithCamera(*before.features, map.cameras[static_cast<size_t>(before.camera)], by->second));
   }
   for (const ObjectId id : map.objects.Ids())
     for (ObjectObservation& o : changed.objects.MutableAt(id).observations)
-      if (o.camera == camera) o.box = UndistortBox(replacement, DistortBox(old, o.box));
+      if (const auto by = replaced.find(o.camera); by != replaced.end())
+        o.box =
+            UndistortBox(by->second, DistortBox(map.cameras[static_cast<size_t>(o.camera)], o.box));
   return changed;
 }
 

@@ -53,6 +53,25 @@ TEST(CameraReplacement, BoxesGoAlong) {
   EXPECT_EQ(observations[1].box, (Box{100, 50, 300, 260}));  // of another camera
 }
 
+TEST(CameraReplacement, AnotherZoomOfTheLensIsReplacedInProportion) {
+  Map map = SmallMap().map;
+  const Camera zoomed = Zoomed(map.cameras[0], 1.5);
+  map.cameras.push_back(zoomed);
+  map.keyframes.MutableAt(KeyframeId(2)).camera = 2;
+  const Map changed = WithCamera(map, 0, Distorting());
+  EXPECT_EQ(changed.cameras[1], Distorting());  // had another centre, so that it is another lens
+  EXPECT_EQ(changed.cameras[2], Zoomed(Distorting(), 1.5));
+  const Features& before = *map.keyframes.At(KeyframeId(2)).features;
+  const Features& after = *changed.keyframes.At(KeyframeId(2)).features;
+  for (int i = 0; i < after.size(); ++i)
+    EXPECT_LT((Distort(changed.cameras[2], after.keypoints[i].px.cast<double>()) -
+               before.keypoints[i].px.cast<double>())
+                  .norm(),
+              1e-3);
+  EXPECT_EQ(ZoomBetween(map.cameras[0], zoomed), 1.5);
+  EXPECT_FALSE(ZoomBetween(map.cameras[0], Distorting()));
+}
+
 TEST(CameraReplacement, ThereAndBackIsNoChange) {
   const Map map = SmallMap().map;
   const Map back = WithCamera(WithCamera(map, 0, Distorting()), 0, map.cameras[0]);

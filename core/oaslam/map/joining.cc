@@ -22,8 +22,29 @@ std::optional<Metre> MetreBy(const Map& other, const Similarity& world_from_othe
   return Metre{1 / world_from_other.scale, other.unit_by_objects};
 }
 
-void JoinMap(const Map& other, const Similarity& world_from_other, Map& map) {
-  OASLAM_CHECK(other.cameras == map.cameras);
+void NumberCameras(std::vector<Camera>& table, Map& map) {
+  std::vector<int> number;  // by the former one
+  for (const Camera& camera : map.cameras) {
+    const auto place = std::ranges::find(table, camera);
+    number.push_back(static_cast<int>(place - table.begin()));
+    if (place == table.end()) table.push_back(camera);
+  }
+  const auto changes = [&](int camera) { return number.at(static_cast<size_t>(camera)) != camera; };
+  for (const KeyframeId id : map.keyframes.Ids())
+    if (const int camera = map.keyframes.At(id).camera; changes(camera))
+      map.keyframes.MutableAt(id).camera = number[static_cast<size_t>(camera)];
+  for (const ObjectId id : map.objects.Ids()) {
+    const auto& seen = map.objects.At(id).observations;
+    if (std::ranges::none_of(seen, changes, &ObjectObservation::camera)) continue;
+    for (ObjectObservation& o : map.objects.MutableAt(id).observations)
+      o.camera = number[static_cast<size_t>(o.camera)];
+  }
+  map.cameras = table;
+}
+
+void JoinMap(const Map& joined, const Similarity& world_from_other, Map& map) {
+  Map other = joined;
+  NumberCameras(map.cameras, other);
   const Similarity other_from_world = world_from_other.Inverse();
   const double scale = world_from_other.scale;
   other.keyframes.ForEach([&](KeyframeId id, Keyframe keyframe) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "oaslam/geometry/similarity.h"
 #include "oaslam/map/map.h"
@@ -10,10 +11,13 @@ namespace oaslam {
 // Transforms an object's ellipsoid and covariance.
 void MoveObject(const Similarity& new_from_old, Object& object);
 
-// Adds the content of another map, which has the same cameras and no id of this one. Nothing is
+// Numbers the cameras of a map as they are in `table`, which gets those that it lacks.
+void NumberCameras(std::vector<Camera>& table, Map& map);
+
+// Adds the content of another map, which has no id of this one. Nothing is
 // merged: landmarks and objects that both maps contain exist twice afterwards. An anchor whose name
 // is taken gets a number.
-void JoinMap(const Map& other, const Similarity& world_from_other, Map& map);
+void JoinMap(const Map& joined, const Similarity& world_from_other, Map& map);
 
 // The unit of a map, from another map that is in metres.
 struct Metre {

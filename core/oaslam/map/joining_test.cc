@@ -29,6 +29,27 @@ Map WithOtherIds(const Map& map, uint32_t keyframes, uint32_t landmarks) {
   return moved;
 }
 
+TEST(JoinMap, CamerasOfBothMapsAreKept) {
+  const synthetic::World world = synthetic::MakeWorld({.points = 100, .cameras = 3});
+  Map map = synthetic::MakeMap(world, {}).map;
+  Map other = WithOtherIds(map, 100, map.next_landmark);
+  other.cameras.insert(other.cameras.begin(), Zoomed(world.camera, 1.5));
+  other.keyframes.MutableAt(KeyframeId(100)).camera = 0;
+  other.keyframes.MutableAt(KeyframeId(101)).camera = 1;
+  other.keyframes.MutableAt(KeyframeId(102)).camera = 1;
+  Object object;
+  object.observations.push_back({0, KeyframeId(101), {}, 0, {0, 0, 10, 10}, 1, 0});
+  other.objects.Insert(ObjectId(7), object);
+  JoinMap(other, {}, map);
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
+  ASSERT_EQ(map.cameras.size(), 2U);
+  EXPECT_EQ(map.cameras[0], world.camera);
+  EXPECT_EQ(map.keyframes.At(KeyframeId(0)).camera, 0);
+  EXPECT_EQ(map.keyframes.At(KeyframeId(100)).camera, 1);
+  EXPECT_EQ(map.keyframes.At(KeyframeId(101)).camera, 0);
+  EXPECT_EQ(map.objects.At(ObjectId(7)).observations[0].camera, 1);
+}
+
 TEST(JoinMap, WhatCamerasSeeStaysTheSame) {
   const synthetic::World world = synthetic::MakeWorld({.points = 200, .cameras = 4});
   Map map = synthetic::MakeMap(world, {}).map;

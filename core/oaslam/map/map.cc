@@ -49,8 +49,12 @@ int Map::IndexOf(const Camera& camera) const {
   return static_cast<int>(place - cameras.begin());
 }
 
+bool Map::HasCamera(const Camera& camera) const {
+  return std::ranges::find(cameras, camera) != cameras.end();
+}
+
 int Map::AddCamera(const Camera& camera) {
-  if (std::ranges::find(cameras, camera) == cameras.end()) cameras.push_back(camera);
+  if (!HasCamera(camera)) cameras.push_back(camera);
   return IndexOf(camera);
 }
 
@@ -175,7 +179,8 @@ void Map::UpdateLandmarkGeometry(LandmarkId id) {
   const Observation& reference = landmark.observations.front();
   const Keyframe& keyframe = keyframes.At(reference.keyframe);
   const PyramidScales& pyramid = keyframe.features->pyramid;
-  const double distance = (landmark.position - keyframe.cam_from_world.OriginInSource()).norm();
+  const double distance =
+      (landmark.position - keyframe.cam_from_world.OriginInSource()).norm() / pyramid.zoom;
   const double scale = pyramid.Relative(keyframe.features->keypoints[reference.keypoint].octave);
   landmark.max_distance = static_cast<float>(distance * scale);
   landmark.min_distance =

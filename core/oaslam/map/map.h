@@ -197,6 +197,7 @@ struct Map {
 
   // The index of a camera of the map in `cameras`.
   int IndexOf(const Camera& camera) const;
+  bool HasCamera(const Camera& camera) const;
   // As IndexOf, for any camera: adds one that is not in `cameras`.
   int AddCamera(const Camera& camera);
 

@@ -76,8 +76,8 @@ std::optional<ProjectedLandmark> ProjectLandmark(LandmarkId id, const Landmark& 
   if (x_in_cam.z() <= kMinDepth) return std::nullopt;
   const Eigen::Vector2d px = ProjectIdeal(camera, x_in_cam);
   if (!Inside(features.bounds, px)) return std::nullopt;
-  const double distance = x_in_cam.norm();
-  if (distance < kNearer * landmark.min_distance || distance > kFarther * landmark.max_distance)
+  const double distance = x_in_cam.norm(), appears_at = distance / features.pyramid.zoom;
+  if (appears_at < kNearer * landmark.min_distance || appears_at > kFarther * landmark.max_distance)
     return std::nullopt;
   const double view_cos = x_in_cam.dot(cam_from_world.rotation * landmark.normal) / distance;
   if (view_cos < kMinViewCos) return std::nullopt;

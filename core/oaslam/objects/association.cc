@@ -339,6 +339,41 @@ ObjectTracks ObjectTracks::ContinueFrom(const Map& map) {
   return tracks;
 }
 
+namespace {
+
+// The camera of the map in whose ideal image the boxes of an image are kept.
+struct ObservingCamera {
+  int index = 0;           // into Map::cameras
+  double focal_ratio = 1;  // its focal length, divided by the image's
+};
+
+// Where the focal length changes from image to image, that of an image is in the map only if the
+// image is a keyframe: else the camera of its reference keyframe is taken, or another one of the
+// same lens.
+ObservingCamera ObservingCameraOf(const TrackedFrame& tracked, const Map& snapshot) {
+  const Camera& camera = *tracked.frame.camera;
+  if (snapshot.HasCamera(camera)) return {snapshot.IndexOf(camera)};
+  const auto ratio_to = [&](int index) {
+    return ZoomBetween(camera, snapshot.cameras[static_cast<size_t>(index)]);
+  };
+  if (const auto carried = snapshot.ResolveKeyframe(tracked.reference)) {
+    const int index = snapshot.keyframes.At(carried->by).camera;
+    if (const auto ratio = ratio_to(index)) return {index, *ratio};
+  }
+  for (int index = 0; index < static_cast<int>(snapshot.cameras.size()); ++index)
+    if (const auto ratio = ratio_to(index)) return {index, *ratio};
+  return {snapshot.IndexOf(camera)};  // which fails: the image is of no camera of the map
+}
+
+// A box of the ideal image, as it would be with `ratio` times the focal length.
+Box AsThrough(double ratio, const Camera& camera, const Box& box) {
+  const double cx = camera.cx + kBoxFromPixel, cy = camera.cy + kBoxFromPixel;
+  return {cx + ratio * (box.x1 - cx), cy + ratio * (box.y1 - cy), cx + ratio * (box.x2 - cx),
+          cy + ratio * (box.y2 - cy)};
+}
+
+}  // namespace
+
 ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snapshot,
                                    ObjectTracks tracks, const ObjectsConfig& config) {
   const Frame& frame = tracked.frame;
@@ -352,7 +387,7 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
   const double weight = std::min(interval, kIndependentInterval) / kVideoInterval;
   if (!frame.detections.empty()) tracks.last_time = frame.timestamp;
 
-  const int camera_index = snapshot.IndexOf(camera);
+  const ObservingCamera observing = ObservingCameraOf(tracked, snapshot);
   std::vector<ObjectSighting> sightings;
   for (const ObjectDetection& detection : frame.detections) {
     // Where the lens model is not one to one, a box may be empty in the ideal image.
@@ -364,7 +399,7 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
     sighting.shares = detection.shares;
     sighting.landmarks = LandmarksInside(tracked, detection.box);
     sighting.observation = {
-        frame.index,   tracked.reference, tracked.cam_from_reference, camera_index,
+        frame.index,   tracked.reference, tracked.cam_from_reference, observing.index,
         detection.box, detection.score,   detection.truncated,        weight};
     sightings.push_back(std::move(sighting));
   }
@@ -397,6 +432,8 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
   for (ObjectSighting& sighting : sightings) {
     sighting.timestamp = frame.timestamp;
     sighting.interval_s = interval;
+    if (observing.focal_ratio != 1)
+      sighting.observation.box = AsThrough(observing.focal_ratio, camera, sighting.observation.box);
   }
   return {std::move(tracks), std::move(sightings)};
 }

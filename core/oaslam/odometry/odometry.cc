@@ -52,6 +52,7 @@ Odometry::Odometry(const Camera& camera, const OdometryOptions& options, uint64_
     : camera_(camera), options_(options), rng_(seed) {
   for (; camera_.width > options.max_width; ++halvings_) camera_ = Halved(camera_);
   max_lens_angle_ = MaxLensAngle(camera_);
+  focal_ = camera_.fx;
   window_options_.focal_px = 0.5 * (camera_.fx + camera_.fy);
 }
 
@@ -72,6 +73,7 @@ OdometryEstimate Odometry::Process(const GreyImage& image, double time_s,
   estimate.run = run_;
   estimate.image = window_.newest().id;
   estimate.scale_drift = scale_drift_;
+  estimate.focal_ratio = lens_.ratio();
   last_motions_.push_back({time_s, window_.newest().cam_from_odom});
   if (last_motions_.size() > 2) last_motions_.erase(last_motions_.begin());
   if (!is_beginning_)
@@ -96,6 +98,12 @@ void Odometry::BeginAnew() {
   doubt_ = 0;
   rival_watch_ = {};
   last_motions_.clear();
+}
+
+void Odometry::ReplaceLens(double ratio) {
+  lens_.Replace(ratio);
+  UseFocalRatio(ratio);
+  if (!window_.images.empty()) BeginAnew();
 }
 
 void Odometry::SetMask(const ImageMask& mask) {
@@ -214,25 +222,61 @@ Eigen::Vector2d Odometry::RayAt(const Eigen::Vector2f& px) const {
   return RayOf(camera_, Undistort(camera_, max_lens_angle_, px.cast<double>())).head<2>();
 }
 
-void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate) {
-  estimate.state = OdometryState::kTracking;
-  const WindowImage& last = window_.images[window_.images.size() - 2];
-  const double elapsed = window_.newest().time_s - last.time_s;
+// The points that an image has seen, with the depths that are known. `pose`: about that of the
+// image.
+std::vector<PosePoint> Odometry::PointsIn(const WindowImage& image, const Rigid3& pose) const {
   std::vector<PosePoint> points;
   for (const WindowPoint& p : window_.points) {
-    if (p.sightings.empty() || p.sightings.back().image != window_.newest().id) continue;
+    if (p.sightings.empty() || p.sightings.back().image != image.id) continue;
     const WindowImage& anchor = window_.Image(p.anchor);
     points.push_back({anchor.cam_from_odom.rotation.conjugate() * p.ray.homogeneous(),
                       anchor.cam_from_odom.OriginInSource(), p.inverse_depth,
                       std::min(p.variance, p.prior_sigma * p.prior_sigma), p.sightings.back().ray,
-                      p.edge.In(predicted * anchor.cam_from_odom.Inverse()).Covariance()});
+                      p.edge.In(pose * anchor.cam_from_odom.Inverse()).Covariance()});
   }
+  return points;
+}
+
+void Odometry::UseFocalRatio(double ratio) {
+  const double change = focal_ * ratio / camera_.fx;
+  camera_.fx *= change;
+  camera_.fy *= change;
+  window_options_.focal_px *= change;
+}
+
+// The rays of an image's sightings by the present focal length.
+void Odometry::MeasureAgain(const WindowImage& image) {
+  for (WindowPoint& p : window_.points)
+    if (!p.sightings.empty() && p.sightings.back().image == image.id)
+      p.sightings.back().ray = RayAt(p.sightings.back().px);
+}
+
+// Returns whether the lens has changed; then the newest image is measured with its new focal
+// length.
+bool Odometry::WatchLens(std::span<const PosePoint> points, const PoseFitPrior& prior,
+                         const Rigid3& pose) {
+  const FocalChange change = FocalChangeOf(points, window_options_, prior, pose);
+  if (!lens_.Add(change, window_.newest().time_s)) return false;
+  UseFocalRatio(lens_.ratio());
+  MeasureAgain(window_.newest());
+  return true;
+}
+
+void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate) {
+  estimate.state = OdometryState::kTracking;
+  const WindowImage& last = window_.images[window_.images.size() - 2];
+  const double elapsed = window_.newest().time_s - last.time_s;
+  std::vector<PosePoint> points = PointsIn(window_.newest(), predicted);
   PoseFitPrior prior{predicted.OriginInSource(),
                      std::max(1e-4, window_options_.velocity_sigma * elapsed * elapsed /
                                         window_.median_inverse_depth)};
   if (const std::optional<Turn>& turn = window_.newest().turn)
     prior.rotation = Turn{turn->second_from_first * last.cam_from_odom.rotation, turn->variance};
-  const Rigid3 pose = RefinePose(points, window_options_, prior, kFarStart, predicted);
+  Rigid3 pose = RefinePose(points, window_options_, prior, kFarStart, predicted);
+  if (options_.watches_lens && WatchLens(points, prior, pose)) {
+    points = PointsIn(window_.newest(), pose);
+    pose = RefinePose(points, window_options_, prior, 1, pose);
+  }
   // Points that do not fit show a wrong minimum. Where all do, the pose alone is enough until a
   // keyframe tells more of the depths.
   const bool fits = ShareThatFits(pose) >= kDoubtful;

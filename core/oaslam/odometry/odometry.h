@@ -15,6 +15,7 @@
 #include "oaslam/odometry/grey_pyramid.h"
 #include "oaslam/odometry/gyroscope.h"
 #include "oaslam/odometry/inverse_depth_solver.h"
+#include "oaslam/odometry/lens_watch.h"
 #include "oaslam/odometry/rivals.h"
 #include "oaslam/odometry/window.h"
 #include "oaslam/util/rng.h"
@@ -28,6 +29,8 @@ struct OdometryOptions {
   int max_beginning = 14;  // keyframes before the motion is known; with more the first is dropped
   CornerGrid grid;
   BeginningOptions beginning;
+  // Follows the focal length of a lens that zooms or focuses (LensWatch).
+  bool watches_lens = false;
 };
 
 enum class OdometryState {
@@ -68,6 +71,9 @@ struct OdometryEstimate {
   int tracked = 0;  // points followed into this image, of those that fitted before
   int inliers = 0;
   bool is_keyframe = false;
+  // The focal length of the image, divided by that of the camera; 1 unless the lens was seen to
+  // change.
+  double focal_ratio = 1;
 };
 
 // Visual odometry of one camera: the pose of every image in a frame of its own, in the unit of the
@@ -86,6 +92,10 @@ class Odometry {
   void SetMask(const ImageMask& mask);
   // The inverse depths of the points in the newest image whose depth is known to a third.
   std::vector<OdometryDepth> Depths() const;
+  // From now on the focal length is `ratio` times the camera's; begins the motion anew.
+  void ReplaceLens(double ratio);
+  // Whether the focal length of the lens changes from image to image.
+  bool FollowsLens() const { return lens_.is_followed(); }
   const Gyroscope& gyroscope() const { return gyroscope_; }
   // The window as it was optimised last, for tools that measure the search; it has no motion yet
   // while the state is kPreliminary.
@@ -127,6 +137,10 @@ class Odometry {
   void DropFirst();
   double ShareThatFits(const Rigid3& cam_from_odom) const;
   void OptimizeWindow(std::span<const Rigid3> starts);
+  std::vector<PosePoint> PointsIn(const WindowImage& image, const Rigid3& pose) const;
+  void UseFocalRatio(double ratio);
+  void MeasureAgain(const WindowImage& image);
+  bool WatchLens(std::span<const PosePoint> points, const PoseFitPrior& prior, const Rigid3& pose);
   void EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate);
   void AddScaleDrift();
   bool LookForRival(double cost, OdometryEstimate& estimate);
@@ -142,7 +156,9 @@ class Odometry {
     return mask_.Hides((px.x() + 0.5) / camera_.width, (px.y() + 0.5) / camera_.height);
   }
 
-  Camera camera_;  // of the tracked image
+  Camera camera_;     // of the tracked image; with the focal length of the newest one
+  double focal_ = 1;  // fx without a change of the lens
+  LensWatch lens_;
   double max_lens_angle_ = 0;
   int halvings_ = 0;
   OdometryOptions options_;

@@ -9,6 +9,7 @@
 #include <memory>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <utility>
 
 #include "oaslam/camera_file.h"
 #include "oaslam/error.h"
@@ -136,6 +137,19 @@ void FrameMaker::Check(const ImageInput& input) const {
   CheckGravity(input.gravity_in_cam);
   CheckAngularVelocity(input.angular_velocity, input.timestamp);
   CheckDetections(input.detections);
+}
+
+bool FrameMaker::UseFocalRatio(double ratio, double sigma) {
+  constexpr double kStep = 0.0005;  // of the logarithm
+  const int steps = static_cast<int>(std::lround(std::log(ratio) / kStep));
+  if (std::exchange(focal_steps_, steps) == steps) return false;
+  const double rounded = std::exp(kStep * steps);
+  Camera camera = steps == 0 ? given_ : Zoomed(given_, rounded);
+  if (steps != 0) camera.focal_sigma = std::hypot(given_.focal_sigma, sigma);
+  camera_ = std::make_shared<const Camera>(camera);
+  extractor_.UseFocalRatio(steps == 0 ? 1 : rounded);
+  nothing_ = std::make_shared<const Features>(extractor_.Nothing());
+  return true;
 }
 
 Frame FrameMaker::MakeWithoutFeatures(const ImageInput& input, int index) const {

@@ -45,7 +45,8 @@ std::vector<ObjectDetection> CheckedDetections(const Camera& camera,
 class FrameMaker {
  public:
   FrameMaker(const SlamConfig& config, const Camera& camera)
-      : camera_(std::make_shared<const Camera>(camera)),
+      : given_(camera),
+        camera_(std::make_shared<const Camera>(camera)),
         min_score_(config.relocalization.min_score),
         has_learned_(config.features.descriptor == DescriptorKind::kLearnedAndOrb),
         extractor_(config.features, camera),
@@ -53,6 +54,12 @@ class FrameMaker {
 
   // From now on extracts key points only outside of what the mask hides.
   void SetMask(const ImageMask& mask) { extractor_.SetMask(mask); }
+
+  // From now on the lens has `ratio` times the focal length of the camera that was given, known up
+  // to `sigma`, the standard deviation of its logarithm. Ratios are rounded to half a thousandth,
+  // so that similar images share a camera. Returns whether the
+  // camera of the next image is another one than that of the last.
+  bool UseFocalRatio(double ratio, double sigma);
 
   // Throws InputError for an image of another size or type, for detections or samples of a
   // gyroscope that are not valid, and for gravity that is zero or not finite.
@@ -69,9 +76,11 @@ class FrameMaker {
   std::vector<Box> MovingBoxes(const Frame& frame, const ClassRelations& classes) const;
   Features ExtractStatic(const GreyImage& grey, int count, const std::vector<Box>& moving);
 
-  std::shared_ptr<const Camera> camera_;
-  double min_score_;  // of a detection inside of which key points are dropped
-  bool has_learned_;  // frames keep their image
+  Camera given_;
+  std::shared_ptr<const Camera> camera_;  // with the present focal length
+  int focal_steps_ = 0;                   // from that of the camera that was given
+  double min_score_;                      // of a detection inside of which key points are dropped
+  bool has_learned_;                      // frames keep their image
   OrbExtractor extractor_;
   std::shared_ptr<const Features> nothing_;
 };

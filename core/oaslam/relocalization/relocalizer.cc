@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "oaslam/description/describe_features.h"
+#include "oaslam/relocalization/by_points.h"
 #include "oaslam/relocalization/frame_search.h"
 
 namespace oaslam {
@@ -55,6 +56,12 @@ Relocalization Relocalizer::FindWithUnknownCamera(const Frame& raw, const Map& m
   const SearchTools tools{config_, IndexFor(raw, map, mode), mode, rng};
   return oaslam::FindWithUnknownCamera(tools, map, raw,
                                        [&] { return WithLearned(raw, tools.places); });
+}
+
+Relocalization Relocalizer::FindWithFreeFocal(const Frame& frame, const Map& map, Rng& rng) {
+  const PlaceIndex* places = IndexFor(frame, map, RelocalizationMode::kPoints);
+  if (!places) return {};
+  return RelocalizeByPointsAndFocal(frame, map, *places, config_.relocalization, rng);
 }
 
 }  // namespace oaslam

@@ -41,6 +41,8 @@ class Relocalizer {
   // together with the pose, by ORB or (where all else is in vain) by learned descriptors.
   Relocalization FindWithUnknownCamera(const Frame& raw, const Map& map, RelocalizationMode mode,
                                        Rng& rng);
+  // Finds a frame by points, whatever its focal length, which is estimated.
+  Relocalization FindWithFreeFocal(const Frame& frame, const Map& map, Rng& rng);
 
  private:
   const PlaceIndex* IndexFor(const Frame& frame, const Map& map, RelocalizationMode mode);

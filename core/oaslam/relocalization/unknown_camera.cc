@@ -22,14 +22,24 @@ std::optional<Camera> ForSize(const Camera& camera, int width, int height) {
   return Scaled(camera, width, height);
 }
 
-// The cameras of the keyframes, newest first, scaled to the size of the image.
+bool IsNearlyTheSame(const Camera& a, const Camera& b) {
+  constexpr double kLittle = 0.02;
+  const auto zoom = ZoomBetween(a, b);
+  return zoom && std::abs(std::log(*zoom)) < kLittle;
+}
+
+// The cameras of the keyframes, newest first, scaled to the size of the image. Of those that differ
+// in the focal length by little, as where the lens focused anew, one: a search finds what it sees.
 std::vector<Camera> CamerasOfMap(const Map& map, const Camera& of_image) {
   std::set<int> used;
   map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) { used.insert(k.camera); });
   std::vector<Camera> cameras;
   for (auto index = used.rbegin(); index != used.rend(); ++index)
     if (const auto camera =
-            ForSize(map.cameras[static_cast<size_t>(*index)], of_image.width, of_image.height))
+            ForSize(map.cameras[static_cast<size_t>(*index)], of_image.width, of_image.height);
+        camera && std::ranges::none_of(cameras, [&](const Camera& other) {
+          return IsNearlyTheSame(other, *camera);
+        }))
       cameras.push_back(*camera);
   return cameras;
 }

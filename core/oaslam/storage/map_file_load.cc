@@ -16,6 +16,7 @@
 #include <thread>
 #include <utility>
 
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/storage/map_edit.h"
 #include "oaslam/storage/map_rows.h"
 #include "oaslam/storage/map_schema.h"
@@ -66,6 +67,20 @@ bool Overlap(const Map& a, const Map& b) {
          Overlap(a.keyframes, b.retired) || Overlap(a.retired, b.keyframes) ||
          Overlap(a.landmarks, b.landmarks) || Overlap(a.objects, b.objects) ||
          Overlap(a.merged_objects, b.merged_objects);
+}
+
+// PyramidScales::zoom is not in the file: it follows from the cameras.
+void SetZooms(Map& map) {
+  for (const KeyframeId id : map.keyframes.Ids()) {
+    const Keyframe& keyframe = map.keyframes.At(id);
+    const auto camera = static_cast<size_t>(keyframe.camera);
+    if (camera == 0 || !keyframe.features || camera >= map.cameras.size()) continue;
+    const auto zoom = ZoomBetween(map.cameras.front(), map.cameras[camera]);
+    if (!zoom) continue;
+    Features zoomed = *keyframe.features;
+    zoomed.pyramid.zoom = *zoom;
+    map.keyframes.MutableAt(id).features = std::make_shared<const Features>(std::move(zoomed));
+  }
 }
 
 void CheckSubmaps(const SavedMap& saved) {
@@ -262,6 +277,8 @@ SavedMap ReadContent(std::span<SQLite::Database> connections, const Choice& is_w
   CheckSubmaps(saved);
   if (const auto problems = saved.map.CheckInvariants(); !problems.empty())
     throw SQLite::Exception("is damaged: " + problems.front());
+  SetZooms(saved.map);
+  for (Submap& submap : saved.submaps) SetZooms(submap.map);
   return saved;
 }
 

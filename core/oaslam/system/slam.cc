@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/map/joining.h"
 #include "oaslam/objects/object_edit.h"
 #include "oaslam/relocalization/image_search.h"
 #include "oaslam/relocalization/snapshot_content.h"
@@ -168,6 +169,8 @@ MapSnapshot Slam::WholeMap() const {
   const Impl& impl = *impl_;
   SavedMap saved{*impl.atlas_->main().Mapped(), impl.loaded_trajectory_, *impl.class_names_,
                  impl.atlas_->Others()};
+  for (Submap& submap : saved.submaps) NumberCameras(saved.map.cameras, submap.map);
+  for (Submap& submap : saved.submaps) submap.map.cameras = saved.map.cameras;
   FollowUnits(saved.map, saved.trajectory);
   AdoptPoses(impl.session().tracker().trajectory(), 1, saved.trajectory);
   saved.recordings = impl.loaded_recordings_;

@@ -56,7 +56,11 @@ void TakePose(const ImagePose& pose, TrackingResult& result) {
 }  // namespace
 
 Slam::Impl::Impl(const SlamConfig& config, const Camera& camera)
-    : config_(config), camera_(camera), frame_maker_(config, camera), relocalizer_(config) {
+    : config_(config),
+      camera_(camera),
+      frame_maker_(config, camera),
+      relocalizer_(config),
+      lens_(camera) {
   Begin({}, NewWorld(), false);
 }
 
@@ -72,7 +76,14 @@ void Slam::Impl::Begin(SavedMap saved, WorldId world, bool is_loaded) {
   atlas->SetMapping(is_mapping_);
   atlas_ = std::move(atlas);
   worlds_ = {{atlas_->main_number(), world}};
-  odometry_.emplace(camera_, OdometryOptions{}, static_cast<uint64_t>(config_.runner.seed));
+  // The error of a guess would look like a change of the lens.
+  odometry_.emplace(camera_, OdometryOptions{.watches_lens = !camera_.is_guess},
+                    static_cast<uint64_t>(config_.runner.seed));
+  lens_ = PresentLens(camera_);
+  frame_maker_.UseFocalRatio(1, 0);
+  repeated_images_ = {};
+  repeated_s_ = 0;
+  is_repeating_ = false;
   if (still_parts_) {  // what was found is of the images so far, whose times may begin again
     still_parts_.emplace();
     mask_ = {};
@@ -172,7 +183,7 @@ Frame Slam::Impl::FrameOfBoxes(const ImageInput& input, double timestamp) const 
           timestamp,
           frame_maker_.camera(),
           {},
-          CheckedDetections(camera_, input.detections),
+          CheckedDetections(*frame_maker_.camera(), input.detections),
           false,
           input.gravity_in_cam};
 }
@@ -183,6 +194,7 @@ std::shared_ptr<const FrameMotion> Slam::Impl::RunOdometry(const ImageInput& gre
   const Stopwatch watch;
   OdometryEstimate estimate =
       odometry_->Process(ViewOf(grey.image), grey.timestamp, grey.angular_velocity);
+  lens_.See(estimate, odometry_->FollowsLens(), grey.timestamp);
   std::shared_ptr<FrameMotion> motion;
   if (estimate.state == OdometryState::kPreliminary || estimate.state == OdometryState::kTracking) {
     motion = std::make_shared<FrameMotion>();
@@ -195,8 +207,9 @@ std::shared_ptr<const FrameMotion> Slam::Impl::RunOdometry(const ImageInput& gre
     motion->exchanged_since = estimate.exchanged_since;
     motion->scale_drift = estimate.scale_drift;
     motion->agreeing = estimate.inliers / std::max(1.0, static_cast<double>(estimate.tracked));
+    const Camera camera = Zoomed(camera_, lens_.ratio());
     for (const OdometryDepth& d : odometry_->Depths())
-      motion->depths.push_back({ProjectIdeal(camera_, d.ray.homogeneous()).cast<float>(),
+      motion->depths.push_back({ProjectIdeal(camera, d.ray.homogeneous()).cast<float>(),
                                 static_cast<float>(d.inverse_depth)});
   }
   cpu_ms += watch.ThreadCpuMs();
@@ -210,6 +223,7 @@ Frame Slam::Impl::MakeNextFrame(const ImageInput& input, double& cpu_ms) {
   ImageInput grey = input;
   const bool has_image = !input.image.empty();
   if (has_image) grey.image = ToGrey(input.image);
+  repeated_s_ = has_image ? repeated_images_.Add(grey.image, input.timestamp) : 0;
   if (has_image && still_parts_ && still_parts_->Add(ViewOf(grey.image), input.timestamp)) {
     SetMask(still_parts_->mask());
     Log(LogLevel::kWarning,
@@ -223,17 +237,26 @@ Frame Slam::Impl::MakeNextFrame(const ImageInput& input, double& cpu_ms) {
   };
   double motion_cpu_ms = 0;
   const auto follow = [&]() -> std::shared_ptr<const FrameMotion> {
-    if (input.motion) return MotionOf(*input.motion, camera_);
+    if (input.motion) {
+      lens_.LookAway();
+      return MotionOf(*input.motion, camera_);
+    }
     return has_image ? RunOdometry(grey, motion_cpu_ms) : nullptr;
   };
   Frame frame;
-  if (atlas_->NeedsFeatures(input.timestamp, nullptr)) {
+  if (atlas_->NeedsFeatures(input.timestamp, nullptr) && !odometry_->FollowsLens()) {
     auto motion = std::async(std::launch::async, follow);
     frame = with_features();
     frame.motion = motion.get();
+    if (frame_maker_.UseFocalRatio(lens_.ratio(), lens_.sigma())) {
+      const auto known = std::move(frame.motion);
+      frame = with_features();
+      frame.motion = known;
+    }
     cpu_ms = watch.ThreadCpuMs() + motion_cpu_ms;
   } else {
     const std::shared_ptr<const FrameMotion> motion = follow();
+    frame_maker_.UseFocalRatio(lens_.ratio(), lens_.sigma());
     frame = !motion || atlas_->NeedsFeatures(input.timestamp, motion.get())
                 ? with_features()
                 : frame_maker_.MakeWithoutFeatures(grey, next_index_);
@@ -243,12 +266,34 @@ Frame Slam::Impl::MakeNextFrame(const ImageInput& input, double& cpu_ms) {
   return frame;
 }
 
+// What an image shows that the camera has given before says nothing of where the camera is now.
+void Slam::Impl::DoubtRepeated(TrackingResult& result) {
+  // A video may repeat an image or two, where its rate was changed.
+  constexpr double kSeconds = 0.2;
+  constexpr double kEven = 0.5;  // whether the camera has stayed since is not known
+  const bool was_repeating =
+      std::exchange(is_repeating_, repeated_s_ >= kSeconds && result.HasPose());
+  if (!is_repeating_) return;
+  if (!was_repeating)
+    Log(LogLevel::kWarning, "the camera has given the same image since {:.2f} s",
+        result.timestamp - repeated_s_);
+  result.is_uncertain = true;
+  result.confidence = std::min(result.confidence, kEven);
+}
+
 TrackingResult Slam::Impl::Process(const ImageInput& input) {
   ExpectMapping();
   CheckTimestamp(input.timestamp, last_timestamp_);
   const Stopwatch total;
   double cpu_features = 0;
-  const Frame frame = MakeNextFrame(input, cpu_features);
+  Frame frame = MakeNextFrame(input, cpu_features);
+  if (!camera_.is_guess && lens_.IsReplaced(frame, session().snapshot(), config_, relocalizer_)) {
+    odometry_->ReplaceLens(lens_.ratio());
+    frame_maker_.UseFocalRatio(lens_.ratio(), lens_.sigma());
+    ImageInput again = input;
+    EraseHidden(mask_, {camera_.width, camera_.height}, again.detections);
+    frame = MakeFrame(again, next_index_, config_.features.count);
+  }
   last_timestamp_ = input.timestamp;
   ++next_index_;
   const double ms_features = total.WallMs();
@@ -265,6 +310,9 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   result.world = world();
   result.keypoints = frame.features_skipped ? 0 : frame.features->size();
   TakePose(step.pose, result);
+  result.focal_ratio = lens_.ratio();
+  if (result.HasPose() && lens_.IsUncertain()) result.is_uncertain = true;
+  DoubtRepeated(result);
   result.elsewhere = PosesElsewhere(result);
   if (result.HasPose()) result.motion_unit = session().tracker().MotionUnit(frame);
   result.ms_objects = step.ms_objects;
@@ -282,7 +330,7 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
 std::optional<int> Slam::Impl::AddDetections(int frame, const std::vector<Detection>& given) {
   std::vector<Detection> detections = given;
   EraseHidden(mask_, {camera_.width, camera_.height}, detections);
-  const std::vector<ObjectDetection> ideal = CheckedDetections(camera_, detections);
+  const std::vector<ObjectDetection> ideal = CheckedDetections(*frame_maker_.camera(), detections);
   const std::optional<TrackingStep> step = atlas_->AddDetections(frame + first_index_, ideal);
   if (!step || !step->pose.cam_from_world) return std::nullopt;
   if (frame == newest_.frame) {
@@ -314,9 +362,9 @@ RelocalizationResult Slam::Impl::Find(const Frame& frame, const RelocalizeOption
 RelocalizationResult Slam::Impl::Relocalize(const ImageInput& input,
                                             const RelocalizeOptions& options) {
   if (options.unknown_camera)
-    return FindWithUnknownCamera(input, camera_, options, *session().snapshot(), config_,
-                                 frame_maker_, relocalizer_);
-  if (options.camera && *options.camera != camera_) {
+    return FindWithUnknownCamera(input, *frame_maker_.camera(), options, *session().snapshot(),
+                                 config_, frame_maker_, relocalizer_);
+  if (options.camera && *options.camera != *frame_maker_.camera()) {
     FrameMaker maker(config_, *options.camera);
     return FindImage(input, *options.camera, options, *session().snapshot(), config_, maker,
                      relocalizer_);
@@ -342,7 +390,7 @@ std::string Slam::Impl::NotInImage(const Eigen::Vector2d& pixel) const {
 
 std::string Slam::Impl::SetRay(const Map& map, AnchorRequest& request) const {
   const Eigen::Vector2d& pixel = *request.pixel;
-  const auto ray = IsInImage(pixel) ? camera_.Lift(pixel) : std::nullopt;
+  const auto ray = IsInImage(pixel) ? frame_maker_.camera()->Lift(pixel) : std::nullopt;
   if (!ray) return NotInImage(pixel);
   std::optional<Rigid3> cam_from_world;
   if (newest_.frame >= 0)

@@ -18,6 +18,8 @@
 #include "oaslam/storage/map_file.h"
 #include "oaslam/system/atlas.h"
 #include "oaslam/system/object_audit.h"
+#include "oaslam/system/present_lens.h"
+#include "oaslam/system/repeated_images.h"
 #include "oaslam/system/state_board.h"
 
 namespace oaslam {
@@ -78,6 +80,7 @@ class OASLAM_LOCAL Slam::Impl {
   FrameMaker frame_maker_;
   Relocalizer relocalizer_;
   std::optional<Odometry> odometry_;
+  PresentLens lens_;
   ImageMask mask_;
   std::optional<StillParts> still_parts_{std::in_place};  // nothing where the mask is given
   std::unique_ptr<Atlas> atlas_;
@@ -106,8 +109,13 @@ class OASLAM_LOCAL Slam::Impl {
                             double ms_features);
   std::shared_ptr<const FrameMotion> RunOdometry(const ImageInput& grey, double& cpu_ms);
   Frame MakeNextFrame(const ImageInput& input, double& cpu_ms);
+  void DoubtRepeated(TrackingResult& result);
   std::vector<PoseElsewhere> PosesElsewhere(const TrackingResult& result) const;
   void Post(const std::string& edited_anchor = "");
+
+  RepeatedImages repeated_images_;
+  double repeated_s_ = 0;  // for how long the newest image has been the same
+  bool is_repeating_ = false;
 };
 
 }  // namespace oaslam

@@ -27,6 +27,13 @@ double ProbablyNear(double sigma_of_depth) {
          std::sqrt(2 / std::numbers::pi) * x * std::exp(-x * x / 2);
 }
 
+// The covariance of a position, as of a PoseVector, by the error of the focal length: the camera
+// seems nearer to what it sees, or farther away, in proportion.
+Eigen::Matrix3d OffByFocal(const Camera& camera, const TrackReport& tracked) {
+  const double sigma = camera.focal_sigma * tracked.depth;
+  return Eigen::Vector3d(0, 0, sigma * sigma).asDiagonal();
+}
+
 // The probability that a pose near where the motion led is right, by the landmarks that agree; a
 // logistic curve fitted to hypotheses of relocalization.
 double ConfidenceOfTracked(int inliers) { return 1 / (1 + std::pow(inliers / 16.0 + 1e-9, -3.7)); }
@@ -79,6 +86,7 @@ ImagePose PoseCertainty::PoseToReport(const Frame& frame, const Map& map,
       {}, pose.depth * kOfSpread * std::min(kMostSpread, link.spread()) * off, kTurnOfLink * off};
   const PoseCovariance local = tracked.covariance + map_error.Covariance();
   pose.covariance = local;
+  pose.covariance.topLeftCorner<3, 3>() += OffByFocal(*frame.camera, tracked);
   pose.covariance.diagonal().head<3>().array() +=
       chain.SquaredOffByScale(tracked.cam_from_world.OriginInSource()) / 3;
   pose.seconds_without_map = is_seen ? 0 : frame.timestamp - link.seen_at();

@@ -10,6 +10,7 @@ namespace {
 class PoseCertaintyTest : public testing::Test {
  protected:
   PoseCertaintyTest() {
+    frame_.camera = std::make_shared<const Camera>();
     tracked_.reference = KeyframeId(0);
     tracked_.matched = tracked_.inliers = 200;
     tracked_.depth = 3;
@@ -43,6 +44,16 @@ TEST_F(PoseCertaintyTest, FewLandmarksDoNotRefuteWhatManySaidBefore) {
   const double sure = Reported().confidence;
   tracked_.inliers = 20;
   EXPECT_NEAR(Reported().confidence, sure, 1e-9);
+}
+
+TEST_F(PoseCertaintyTest, AFocalLengthThatIsRoughlyKnownIsInTheCovariance) {
+  const PoseCovariance known = Reported().covariance;
+  Camera camera;
+  camera.focal_sigma = 0.1;
+  frame_.camera = std::make_shared<const Camera>(camera);
+  const PoseCovariance rough = Reported().covariance;
+  EXPECT_NEAR(rough(2, 2) - known(2, 2), 0.3 * 0.3, 1e-9);  // along the axis, a tenth of the depth
+  EXPECT_EQ(rough(0, 0), known(0, 0));
 }
 
 TEST_F(PoseCertaintyTest, AWidePoseIsUncertain) {

@@ -112,27 +112,28 @@ TrackReport TrackIn(const LocalMap& local, const Frame& frame, const Map& map, c
 }
 
 // Matches key points with the previous image, around where they would be if all were at `depth`.
-KeypointPairs MatchAtDepth(const Frame& frame, const Camera& camera, const Features& before,
-                           const Rigid3& cam_from_before, double depth, double radius) {
+KeypointPairs MatchAtDepth(const Frame& frame, const Frame& last, const Rigid3& cam_from_before,
+                           double depth, double radius) {
   // Loose, since the robust kernel of the refinement outweighs wrong matches.
   constexpr double kRatio = 0.9;
   const Eigen::Vector2d nowhere = Eigen::Vector2d::Constant(-1e6);
   std::vector<Eigen::Vector2d> expected;
-  for (const Keypoint& k : before.keypoints) {
-    const Eigen::Vector3d p = cam_from_before * (depth * RayOf(camera, k.px.cast<double>()));
-    expected.push_back(p.z() > 0 ? ProjectIdeal(camera, p) : nowhere);
+  for (const Keypoint& k : last.features->keypoints) {
+    const Eigen::Vector3d p = cam_from_before * (depth * RayOf(*last.camera, k.px.cast<double>()));
+    expected.push_back(p.z() > 0 ? ProjectIdeal(*frame.camera, p) : nowhere);
   }
-  return MatchWithinWindow(before, *frame.features, expected,
+  return MatchWithinWindow(*last.features, *frame.features, expected,
                            radius * frame.features->pyramid.working_pixel(), kRatio);
 }
 
-EpipolarMatch ToMatch(const Camera& camera, const Features& before, const Features& now,
-                      const std::pair<int, int>& pair) {
-  const Keypoint &first = before.keypoints[pair.first], &second = now.keypoints[pair.second];
-  const double sigma =
-      std::hypot(before.pyramid.scale[first.octave], now.pyramid.scale[second.octave]) /
-      std::sqrt(2);
-  return {RayOf(camera, first.px.cast<double>()), RayOf(camera, second.px.cast<double>()), sigma};
+EpipolarMatch ToMatch(const Frame& before, const Frame& now, const std::pair<int, int>& pair) {
+  const Keypoint &first = before.features->keypoints[pair.first],
+                 &second = now.features->keypoints[pair.second];
+  const double sigma = std::hypot(before.features->pyramid.scale[first.octave],
+                                  now.features->pyramid.scale[second.octave]) /
+                       std::sqrt(2);
+  return {RayOf(*before.camera, first.px.cast<double>()),
+          RayOf(*now.camera, second.px.cast<double>()), sigma};
 }
 
 // With fewer landmarks in view, the camera may soon be lost, and the pose is strengthened by
@@ -148,8 +149,8 @@ TrackReport StrengthenedInLocalMap(const Frame& frame, const Map& map, const Tra
   TrackReport report = first.success ? TrackLocalMap(frame, map, first, demands) : TrackReport{};
   const auto reference = map.ResolvePose(last.reference);
   if (report.success && report.inliers < kFewLandmarks && reference)
-    report = StrengthenByMatches(frame, map, *last.frame.features,
-                                 last.cam_from_reference * *reference, report, demands);
+    report = StrengthenByMatches(frame, map, last.frame, last.cam_from_reference * *reference,
+                                 report, demands);
   return report;
 }
 
@@ -211,7 +212,7 @@ TrackReport TrackByPrior(const Frame& frame, const Map& map, const ExpectedPose&
   return report;
 }
 
-TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const Features& before,
+TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const Frame& before,
                                 const Rigid3& before_from_world, const TrackReport& tracked,
                                 const TrackDemands& demands) {
   // Search radius in pixels of the lowest level: how far a point's actual depth may move it between
@@ -221,11 +222,10 @@ TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const Featur
   if (!(tracked.depth > 0)) return tracked;
   const Rigid3 cam_from_before = tracked.cam_from_world * before_from_world.Inverse();
   std::vector<EpipolarMatch> matches;
-  for (const auto& pair :
-       MatchAtDepth(frame, camera, before, cam_from_before, tracked.depth, kRadius))
+  for (const auto& pair : MatchAtDepth(frame, before, cam_from_before, tracked.depth, kRadius))
     if (!tracked.landmarks[pair.second]
              .IsValid())  // a landmark constrains the pose better than such a match
-      matches.push_back(ToMatch(camera, before, *frame.features, pair));
+      matches.push_back(ToMatch(before, frame, pair));
   const MatchedPoints matched = ObserveMatches(*frame.features, map, tracked.landmarks);
   const PoseReport pose = RefinePoseByMatches(camera, tracked.cam_from_world, matched.observations,
                                               before_from_world, matches);

@@ -62,7 +62,7 @@ TrackReport TrackByPrior(const Frame& frame, const Map& map, const ExpectedPose&
 // Refines a pose that few landmarks support, or landmarks in one corner of the image only, with the
 // matches of all key points in the previous image (RefinePoseByMatches). Landmarks that no longer
 // agree are dropped.
-TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const Features& before,
+TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const Frame& before,
                                 const Rigid3& before_from_world, const TrackReport& tracked,
                                 const TrackDemands& demands);
 

@@ -178,8 +178,10 @@ TEST(PoseTracking, MatchesOfAllKeyPointsHoldAPoseOnFewLandmarks) {
     kept += tracked.landmarks[i].IsValid();
   }
   ASSERT_GT(kept, 15);
-  const TrackReport strong = StrengthenByMatches(
-      s.frame, s.mapped.map, *last.features, last.cam_from_world, tracked, {.relative_sigma = 1});
+  Frame before = s.frame;
+  before.features = last.features;
+  const TrackReport strong = StrengthenByMatches(s.frame, s.mapped.map, before, last.cam_from_world,
+                                                 tracked, {.relative_sigma = 1});
   ASSERT_TRUE(strong.success);
   EXPECT_GE(strong.inliers, kept * 3 / 4);
   EXPECT_LT(s.Error(strong), 0.02);
@@ -192,6 +194,7 @@ struct Passage : Scene {
 
   Passage() : Scene(0.8) {
     const Keyframe& keyframe = mapped.map.keyframes.At(reference);
+    last.frame = frame;
     last.frame.features = keyframe.features;
     last.reference = reference;
     last.landmarks = keyframe.landmarks;
