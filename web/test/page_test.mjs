@@ -720,9 +720,10 @@ test("models are made one unit long and put on their foot; one that does not loa
   await page.close();
 });
 
-test("behind a proxy that gives it a path, with and without a slash at its end", async () => {
+test("behind a proxy that gives it a path, with and without a slash at its end", async (t) => {
   const { url } = await serve("view", map, "--port", "0");
   const proxy = await proxyOf(url, "/robots/7%20b/view");
+  t.after(() => proxy.close());
   for (const end of ["/", ""]) {
     const page = await open(proxy.url + end);
     await page.waitForFunction(() => window.oaslam.mapView.layers.objects.count > 10);
@@ -732,7 +733,6 @@ test("behind a proxy that gives it a path, with and without a slash at its end",
     await page.close();
   }
   assert.deepEqual(proxy.others, []);
-  proxy.close();
 });
 
 test("the drawn camera is that of the image where its middle is not, and pixels are small", async () => {

@@ -17,15 +17,18 @@ export async function proxyOf(target, prefix) {
     passed.on("error", () => answer.destroy());
     asked.pipe(passed);
   });
-  proxy.on("upgrade", (asked, socket) => {
+  proxy.on("upgrade", (asked, socket, asking) => {
     const passed = pass(asked);
     socket.on("error", () => passed?.destroy());
     if (!passed) return socket.end("HTTP/1.1 404 Not Found\r\n\r\n");
     passed.on("response", ({ statusCode }) => socket.end(`HTTP/1.1 ${statusCode} No\r\n\r\n`));
-    passed.on("upgrade", (got, other) => {
+    passed.on("upgrade", (got, other, head) => {
       const fields = got.rawHeaders.flatMap((name, i, all) => (i % 2 ? [] : [`${name}: ${all[i + 1]}\r\n`]));
       socket.write(`HTTP/1.1 101 Switching Protocols\r\n${fields.join("")}\r\n`);
       other.on("error", () => socket.destroy());
+      // What came with the upgrade are the first bytes of the stream.
+      socket.write(head);
+      other.write(asking);
       other.pipe(socket).pipe(other);
     });
     passed.on("error", () => socket.destroy());
