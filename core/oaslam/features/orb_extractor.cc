@@ -7,7 +7,6 @@
 
 #include "oaslam/features/keypoint_spread.h"
 #include "oaslam/features/resize.h"
-#include "oaslam/geometry/camera_model.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {
@@ -49,7 +48,7 @@ double WorkingShrink(const Camera& camera, int resolution) {
 }  // namespace
 
 OrbExtractor::OrbExtractor(const FeaturesConfig& config, const Camera& camera)
-    : config_(config), given_(camera), camera_(camera), ideal_image_(camera) {
+    : config_(config), camera_(camera), ideal_image_(camera) {
   constexpr int kMinWidth = kMinKernelWidth + 2 * kFastBorder, kMinHeight = 2 * kBorder + 9;
   const double shrink = WorkingShrink(camera, config.resolution);
   const int lowest_width = std::max(1, Rounded(camera.width / shrink)),
@@ -66,10 +65,10 @@ OrbExtractor::OrbExtractor(const FeaturesConfig& config, const Camera& camera)
   if (!levels_.empty()) blurred_ = GreyBuffer(lowest_width, lowest_height);
 }
 
-void OrbExtractor::UseFocalRatio(double ratio) {
-  camera_ = Zoomed(given_, ratio);
-  ideal_image_ = IdealImage(camera_);
-  pyramid_.zoom = ratio;
+void OrbExtractor::UseCamera(const Camera& camera, double zoom) {
+  camera_ = camera;
+  ideal_image_ = IdealImage(camera);
+  pyramid_.zoom = zoom;
 }
 
 std::vector<int> OrbExtractor::CountPerLevel(int count) const {

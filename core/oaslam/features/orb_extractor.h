@@ -21,8 +21,8 @@ class OrbExtractor {
   // `image` has the camera's size. `count`: about how many key points. Not const, since buffers are
   // reused.
   Features Extract(const GreyImage& image, int count);
-  // From now on the camera has `ratio` times the focal length that it was made with.
-  void UseFocalRatio(double ratio);
+  // From now on takes images of another camera of the same size (PyramidScales::zoom).
+  void UseCamera(const Camera& camera, double zoom);
   // From now on drops key points whose patch reaches into what the mask hides.
   void SetMask(const ImageMask& mask) { mask_ = mask; }
   // A copy of `image`, which must be the one that Extract processed last, at the resolution of the
@@ -36,7 +36,7 @@ class OrbExtractor {
   std::vector<Corner> DetectCorners(const GreyImage& image);
 
   FeaturesConfig config_;
-  Camera given_, camera_;
+  Camera camera_;
   PyramidScales pyramid_;
   IdealImage ideal_image_;
   ImageMask mask_;

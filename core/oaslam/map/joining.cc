@@ -22,13 +22,18 @@ std::optional<Metre> MetreBy(const Map& other, const Similarity& world_from_othe
   return Metre{1 / world_from_other.scale, other.unit_by_objects};
 }
 
-void NumberCameras(std::vector<Camera>& table, Map& map) {
-  std::vector<int> number;  // by the former one
-  for (const Camera& camera : map.cameras) {
+std::vector<int> CameraNumbers(const std::vector<Camera>& cameras, std::vector<Camera>& table) {
+  std::vector<int> numbers;
+  for (const Camera& camera : cameras) {
     const auto place = std::ranges::find(table, camera);
-    number.push_back(static_cast<int>(place - table.begin()));
+    numbers.push_back(static_cast<int>(place - table.begin()));
     if (place == table.end()) table.push_back(camera);
   }
+  return numbers;
+}
+
+void NumberCameras(std::vector<Camera>& table, Map& map) {
+  const std::vector<int> number = CameraNumbers(map.cameras, table);  // by the former one
   const auto changes = [&](int camera) { return number.at(static_cast<size_t>(camera)) != camera; };
   for (const KeyframeId id : map.keyframes.Ids())
     if (const int camera = map.keyframes.At(id).camera; changes(camera))

@@ -11,6 +11,8 @@ namespace oaslam {
 // Transforms an object's ellipsoid and covariance.
 void MoveObject(const Similarity& new_from_old, Object& object);
 
+// The index of each camera in `table`, which gets those that it lacks.
+std::vector<int> CameraNumbers(const std::vector<Camera>& cameras, std::vector<Camera>& table);
 // Numbers the cameras of a map as they are in `table`, which gets those that it lacks.
 void NumberCameras(std::vector<Camera>& table, Map& map);
 

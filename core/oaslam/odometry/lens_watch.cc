@@ -6,11 +6,15 @@
 #include <utility>
 
 #include "oaslam/estimation/huber.h"
-#include "oaslam/geometry/decompositions.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/geometry/skew.h"
 
 namespace oaslam {
+namespace {
+
+constexpr double kRestSeconds = 1.5;  // so long a lens stays until it is no longer followed
+
+}  // namespace
 
 double FocalChange::Sure() const {
   constexpr double kSigmas = 3;
@@ -84,8 +88,8 @@ void LensWatch::Replace(double ratio) {
 
 // Whether the focal length has hardly changed for long.
 bool LensWatch::IsAtRest(double time_s) const {
-  constexpr double kSeconds = 1.5, kRest = 0.003;
-  if (ratios_.empty() || time_s - ratios_.front().first < kSeconds) return false;
+  constexpr double kRest = 0.003;
+  if (ratios_.empty() || time_s - ratios_.front().first < kRestSeconds) return false;
   double least = INFINITY, most = -INFINITY;
   for (const auto& [time, log_ratio] : ratios_) {
     least = std::min(least, log_ratio);
@@ -124,7 +128,7 @@ bool LensWatch::Add(const FocalChange& change, double time_s) {
   log_ratio_ += gain * change.both;
   variance_ *= 1 - gain;
   ratios_.emplace_back(time_s, log_ratio_);
-  while (ratios_.size() > 1 && time_s - ratios_[1].first > 1.5) ratios_.pop_front();
+  while (ratios_.size() > 1 && time_s - ratios_[1].first > kRestSeconds) ratios_.pop_front();
   if (!begins && IsAtRest(time_s)) {
     is_followed_ = false;
     large_ = small_ = 0;

@@ -222,12 +222,12 @@ Eigen::Vector2d Odometry::RayAt(const Eigen::Vector2f& px) const {
   return RayOf(camera_, Undistort(camera_, max_lens_angle_, px.cast<double>())).head<2>();
 }
 
-// The points that an image has seen, with the depths that are known. `pose`: about that of the
+// The points that the newest image sees, with the depths that are known. `pose`: about that of the
 // image.
-std::vector<PosePoint> Odometry::PointsIn(const WindowImage& image, const Rigid3& pose) const {
+std::vector<PosePoint> Odometry::NewestPoints(const Rigid3& pose) const {
   std::vector<PosePoint> points;
   for (const WindowPoint& p : window_.points) {
-    if (p.sightings.empty() || p.sightings.back().image != image.id) continue;
+    if (p.sightings.empty() || p.sightings.back().image != window_.newest().id) continue;
     const WindowImage& anchor = window_.Image(p.anchor);
     points.push_back({anchor.cam_from_odom.rotation.conjugate() * p.ray.homogeneous(),
                       anchor.cam_from_odom.OriginInSource(), p.inverse_depth,
@@ -244,13 +244,6 @@ void Odometry::UseFocalRatio(double ratio) {
   window_options_.focal_px *= change;
 }
 
-// The rays of an image's sightings by the present focal length.
-void Odometry::MeasureAgain(const WindowImage& image) {
-  for (WindowPoint& p : window_.points)
-    if (!p.sightings.empty() && p.sightings.back().image == image.id)
-      p.sightings.back().ray = RayAt(p.sightings.back().px);
-}
-
 // Returns whether the lens has changed; then the newest image is measured with its new focal
 // length.
 bool Odometry::WatchLens(std::span<const PosePoint> points, const PoseFitPrior& prior,
@@ -258,7 +251,9 @@ bool Odometry::WatchLens(std::span<const PosePoint> points, const PoseFitPrior& 
   const FocalChange change = FocalChangeOf(points, window_options_, prior, pose);
   if (!lens_.Add(change, window_.newest().time_s)) return false;
   UseFocalRatio(lens_.ratio());
-  MeasureAgain(window_.newest());
+  for (WindowPoint& p : window_.points)
+    if (!p.sightings.empty() && p.sightings.back().image == window_.newest().id)
+      p.sightings.back().ray = RayAt(p.sightings.back().px);
   return true;
 }
 
@@ -266,7 +261,7 @@ void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate)
   estimate.state = OdometryState::kTracking;
   const WindowImage& last = window_.images[window_.images.size() - 2];
   const double elapsed = window_.newest().time_s - last.time_s;
-  std::vector<PosePoint> points = PointsIn(window_.newest(), predicted);
+  std::vector<PosePoint> points = NewestPoints(predicted);
   PoseFitPrior prior{predicted.OriginInSource(),
                      std::max(1e-4, window_options_.velocity_sigma * elapsed * elapsed /
                                         window_.median_inverse_depth)};
@@ -274,7 +269,7 @@ void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate)
     prior.rotation = Turn{turn->second_from_first * last.cam_from_odom.rotation, turn->variance};
   Rigid3 pose = RefinePose(points, window_options_, prior, kFarStart, predicted);
   if (options_.watches_lens && WatchLens(points, prior, pose)) {
-    points = PointsIn(window_.newest(), pose);
+    points = NewestPoints(pose);
     pose = RefinePose(points, window_options_, prior, 1, pose);
   }
   // Points that do not fit show a wrong minimum. Where all do, the pose alone is enough until a

@@ -137,9 +137,8 @@ class Odometry {
   void DropFirst();
   double ShareThatFits(const Rigid3& cam_from_odom) const;
   void OptimizeWindow(std::span<const Rigid3> starts);
-  std::vector<PosePoint> PointsIn(const WindowImage& image, const Rigid3& pose) const;
+  std::vector<PosePoint> NewestPoints(const Rigid3& pose) const;
   void UseFocalRatio(double ratio);
-  void MeasureAgain(const WindowImage& image);
   bool WatchLens(std::span<const PosePoint> points, const PoseFitPrior& prior, const Rigid3& pose);
   void EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate);
   void AddScaleDrift();

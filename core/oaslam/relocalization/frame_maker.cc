@@ -143,11 +143,11 @@ bool FrameMaker::UseFocalRatio(double ratio, double sigma) {
   constexpr double kStep = 0.0005;  // of the logarithm
   const int steps = static_cast<int>(std::lround(std::log(ratio) / kStep));
   if (std::exchange(focal_steps_, steps) == steps) return false;
-  const double rounded = std::exp(kStep * steps);
-  Camera camera = steps == 0 ? given_ : Zoomed(given_, rounded);
+  const double rounded = std::exp(kStep * steps);  // exactly 1 for no step
+  Camera camera = Zoomed(given_, rounded);
   if (steps != 0) camera.focal_sigma = std::hypot(given_.focal_sigma, sigma);
   camera_ = std::make_shared<const Camera>(camera);
-  extractor_.UseFocalRatio(steps == 0 ? 1 : rounded);
+  extractor_.UseCamera(camera, rounded);
   nothing_ = std::make_shared<const Features>(extractor_.Nothing());
   return true;
 }

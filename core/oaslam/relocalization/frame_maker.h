@@ -57,8 +57,8 @@ class FrameMaker {
 
   // From now on the lens has `ratio` times the focal length of the camera that was given, known up
   // to `sigma`, the standard deviation of its logarithm. Ratios are rounded to half a thousandth,
-  // so that similar images share a camera. Returns whether the
-  // camera of the next image is another one than that of the last.
+  // so that similar images share a camera. Returns whether the camera of the next image is another
+  // one than that of the last.
   bool UseFocalRatio(double ratio, double sigma);
 
   // Throws InputError for an image of another size or type, for detections or samples of a

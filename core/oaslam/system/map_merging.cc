@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "oaslam/class_names.h"
+#include "oaslam/map/joining.h"
 #include "oaslam/map/next_ids.h"
 #include "oaslam/map/renumbering.h"
 #include "oaslam/map/scale_drift.h"
@@ -35,11 +36,7 @@ Renumbering NumbersBehind(const SavedMap& a, const SavedMap& b) {
     numbers.first = Behind(numbers.first, NextIdsOf(submap.map));
   numbers.first_frame = FramesOf(a);
   numbers.cameras = a.map.cameras;
-  for (const Camera& camera : b.map.cameras) {
-    const auto known = std::ranges::find(numbers.cameras, camera);
-    numbers.camera_of.push_back(static_cast<int>(known - numbers.cameras.begin()));
-    if (known == numbers.cameras.end()) numbers.cameras.push_back(camera);
-  }
+  numbers.camera_of = CameraNumbers(b.map.cameras, numbers.cameras);
   return numbers;
 }
 

@@ -11,6 +11,8 @@ namespace {
 
 // A change by less is none: autofocus moves the focal length by so much.
 constexpr double kFocusing = 0.03;
+// Of the logarithm: a change worth to begin the motion anew.
+constexpr double kBetter = 0.01;
 
 }  // namespace
 
@@ -43,8 +45,7 @@ void PresentLens::See(const OdometryEstimate& estimate, bool is_followed, double
     if (std::abs(std::log(ratio_ / was.from)) > kFocusing)
       Log(Level(),
           "the lens has changed between {:.2f} and {:.2f} s: its focal length was {:.1f} px, and "
-          "is "
-          "{:.1f} px",
+          "is {:.1f} px",
           was.since, timestamp, FocalAt(was.from), FocalAt(ratio_));
   }
   const bool was_blind = std::exchange(is_blind_, estimate.state == OdometryState::kBlind);
@@ -104,32 +105,41 @@ void PresentLens::LookAfterZoom(double timestamp, const std::shared_ptr<const Ma
   search_ = Search{timestamp, -INFINITY, true, now.map};
 }
 
-bool PresentLens::IsReplaced(const Frame& frame, const std::shared_ptr<const Map>& map,
-                             const SlamConfig& config, Relocalizer& relocalizer) {
+bool PresentLens::IsTimeToLook(const Frame& frame, const Map& map) {
   constexpr double kSeconds = 1, kInterval = 0.09;
-  constexpr int kMostLooks = 12;    // each takes as long as to find a lost camera
-  constexpr int kEnough = 4;        // images that measure the lens
-  constexpr double kBetter = 0.01;  // of the logarithm: a change worth to begin the motion anew
-  if (following_) LookAfterZoom(frame.timestamp, map);
+  constexpr int kMostLooks = 12;  // each takes as long as to find a lost camera
   if (search_ && (frame.timestamp - search_->since > kSeconds || search_->looks == kMostLooks ||
-                  map->keyframes.empty()))
+                  map.keyframes.empty()))
     search_.reset();
   if (!search_ || frame.features_skipped || frame.timestamp - search_->looked_at < kInterval)
     return false;
   search_->looked_at = frame.timestamp;
   ++search_->looks;
+  return true;
+}
+
+// Whether the map tells another focal length. Ends the search where it tells the same one.
+bool PresentLens::TellsAnother(double log_ratio, double sigma) {
+  constexpr int kSame = 3;
+  if (search_->seen > 0) return true;
+  const double off = std::abs(log_ratio - std::log(ratio_)),
+               least = search_->has_zoomed ? kBetter : 0.05, sigmas = search_->has_zoomed ? 3 : 5;
+  if (off < least && sigma < least / 2 && ++search_->same == kSame) search_.reset();
+  return off >= least && off >= sigmas * sigma;
+}
+
+bool PresentLens::IsReplaced(const Frame& frame, const std::shared_ptr<const Map>& map,
+                             const SlamConfig& config, Relocalizer& relocalizer) {
+  constexpr int kEnough = 4;  // images that measure the lens
+  if (following_) LookAfterZoom(frame.timestamp, map);
+  if (!IsTimeToLook(frame, *map)) return false;
   if (!search_->map) search_->map = map;
   const auto measured = Measure(frame, *search_->map, config, relocalizer);
   if (!measured) return false;
   const auto [log_ratio, sigma] = *measured;
   Log(LogLevel::kDebug, "focal length by the map at {:.2f} s: {:.1f} px, {:.1f} %", frame.timestamp,
       FocalAt(std::exp(log_ratio)), 100 * sigma);
-  const double off = std::abs(log_ratio - std::log(ratio_)),
-               least = search_->has_zoomed ? kBetter : 0.05, sigmas = search_->has_zoomed ? 3 : 5;
-  constexpr int kSame = 3;
-  if (search_->seen == 0 && off < least && sigma < least / 2 && ++search_->same == kSame)
-    search_.reset();  // the lens is the same
-  if (!search_ || (search_->seen == 0 && (off < least || off < sigmas * sigma))) return false;
+  if (!TellsAnother(log_ratio, sigma)) return false;
   search_->weight += 1 / (sigma * sigma);
   search_->weighted_log_ratio += log_ratio / (sigma * sigma);
   const double mean = search_->weighted_log_ratio / search_->weight;

@@ -60,6 +60,8 @@ class PresentLens {
   };
 
   LogLevel Level() const;
+  bool IsTimeToLook(const Frame& frame, const Map& map);
+  bool TellsAnother(double log_ratio, double sigma);
   void LookAfterZoom(double timestamp, const std::shared_ptr<const Map>& map);
   double FocalAt(double ratio) const { return ratio * camera_.fx; }
   std::optional<std::pair<double, double>> Measure(const Frame& frame, const Map& map,
