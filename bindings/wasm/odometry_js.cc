@@ -21,8 +21,10 @@ struct OaslamOdometry {
   std::unique_ptr<oaslam::Odometry> odometry;
   std::vector<uint8_t> grey, rgba;  // of the next image, in either
   std::vector<uint8_t> last;        // grey, of the last image that was processed
-  std::vector<double> samples;      // time, x, y, z each
+  std::vector<double> samples;      // of `columns` numbers each
+  int columns = 4;
   std::vector<oaslam::AngularVelocity> angular_velocity;
+  std::vector<oaslam::ImuSample> imu;  // instead of `angular_velocity`
   std::optional<double> last_s;
   OaslamEstimate estimate{};
   std::vector<float> points;
@@ -53,18 +55,50 @@ void ToGrey(const std::vector<uint8_t>& rgba, std::vector<uint8_t>& grey) {
   }
 }
 
+void TakeSamples(int count, OaslamOdometry& o) {
+  o.angular_velocity.clear();
+  o.imu.clear();
+  const bool has_acceleration = o.columns == 7;
+  for (int i = 0; i < count; ++i) {
+    const double* s = o.samples.data() + static_cast<size_t>(o.columns) * i;
+    const Eigen::Vector3d turn(s[1], s[2], s[3]);
+    if (has_acceleration)
+      o.imu.push_back({s[0], turn, {s[4], s[5], s[6]}});
+    else
+      o.angular_velocity.push_back({s[0], turn});
+  }
+}
+
+std::string ProblemOf(const Eigen::Vector3d& acceleration) {
+  constexpr double kMost = 1000;  // as of ImageInput::imu
+  if (acceleration.norm() <= kMost) return "";
+  return fmt::format("acceleration: {:.6g} m/s^2, allowed: 0 to {:.0f}", acceleration.norm(),
+                     kMost);
+}
+
+// What is wrong with samples; an empty text where nothing is.
+std::string SamplesProblem(const OaslamOdometry& o) {
+  std::vector<AngularVelocity> rates = o.angular_velocity;
+  for (const ImuSample& sample : o.imu) {
+    std::string problem = ProblemOf(sample.acceleration);
+    if (!problem.empty()) return problem;
+    rates.push_back({sample.timestamp, sample.angular_velocity});
+  }
+  const double* last = nullptr;
+  for (const AngularVelocity& rate : rates) {
+    std::string problem = ProblemOf(rate, last);
+    if (!problem.empty()) return problem;
+    last = &rate.timestamp;
+  }
+  return "";
+}
+
 // What is wrong with the input to `process`; an empty text where nothing is.
 std::string InputProblem(const OaslamOdometry& o, double time_s) {
   if (!std::isfinite(time_s)) return "time stamp: must be finite";
   if (o.last_s && !(time_s > *o.last_s))
     return fmt::format("time stamp {:.6f} is not after the one before, {:.6f}", time_s, *o.last_s);
-  const double* last = nullptr;
-  for (const AngularVelocity& sample : o.angular_velocity) {
-    std::string problem = ProblemOf(sample, last);
-    if (!problem.empty()) return problem;
-    last = &sample.timestamp;
-  }
-  return "";
+  return SamplesProblem(o);
 }
 
 void SetEstimate(const OdometryEstimate& from, OaslamEstimate& to) {
@@ -72,6 +106,9 @@ void SetEstimate(const OdometryEstimate& from, OaslamEstimate& to) {
   Eigen::Map<Eigen::Vector4d>(to.rotation) = pose.rotation.coeffs();
   Eigen::Map<Eigen::Vector3d>(to.translation) = pose.translation;
   Eigen::Map<PoseCovariance>(to.covariance) = from.covariance;
+  to.metres_per_unit = from.metres_per_unit;
+  to.metre_sigma = from.metre_sigma;
+  Eigen::Map<Eigen::Vector3d>(to.gravity) = from.gravity_in_cam.value_or(Eigen::Vector3d::Zero());
   to.state = static_cast<int32_t>(from.state);
   to.run = from.run;
   to.image = from.image;
@@ -156,18 +193,15 @@ uint8_t* oaslam_odometry_rgba(OaslamOdometry* o) {
   return o->rgba.data();
 }
 
-double* oaslam_odometry_samples(OaslamOdometry* o, int count) {
-  o->samples.resize(4 * static_cast<size_t>(count));
+double* oaslam_odometry_samples(OaslamOdometry* o, int count, int columns) {
+  o->columns = columns;
+  o->samples.resize(static_cast<size_t>(columns) * count);
   return o->samples.data();
 }
 
 const OaslamEstimate* oaslam_odometry_process(OaslamOdometry* o, double time_s, int is_rgba,
                                               int samples) {
-  o->angular_velocity.clear();
-  for (int i = 0; i < samples; ++i) {
-    const double* s = o->samples.data() + 4 * static_cast<size_t>(i);
-    o->angular_velocity.push_back({s[0], {s[1], s[2], s[3]}});
-  }
+  oaslam::TakeSamples(samples, *o);
   o->problem = oaslam::InputProblem(*o, time_s);
   if (!o->problem.empty()) return nullptr;
   o->last_s = time_s;
@@ -175,8 +209,8 @@ const OaslamEstimate* oaslam_odometry_process(OaslamOdometry* o, double time_s, 
     oaslam::ToGrey(o->rgba, o->last);
   else
     o->last = o->grey;
-  const oaslam::OdometryEstimate estimate =
-      o->odometry->Process(oaslam::LastImage(*o), time_s, o->angular_velocity);
+  const oaslam::OdometryEstimate estimate = o->odometry->Process(
+      oaslam::LastImage(*o), time_s, {.angular_velocity = o->angular_velocity, .imu = o->imu});
   oaslam::SetEstimate(estimate, o->estimate);
   oaslam::SetKeyframes(estimate, *o);
   oaslam::SetPoints(*o);

@@ -14,7 +14,10 @@ struct OaslamEstimate {
   double rotation[4];  // of cam_from_odom: x y z w
   double translation[3];
   double covariance[36];  // of PoseCovariance, symmetric
-  int32_t state;          // OdometryState
+  // Of the unit, by an accelerometer; the sigma is divided by it. Zeros while it is not known.
+  double metres_per_unit, metre_sigma;
+  double gravity[3];  // m/s^2, along the camera's axes; zeros while it is not known
+  int32_t state;      // OdometryState
   int32_t run, image;
   int32_t is_keyframe;
   int32_t tracked, inliers;
@@ -33,8 +36,9 @@ const char* oaslam_odometry_problem(const OaslamOdometry* odometry);
 uint8_t* oaslam_odometry_image(OaslamOdometry* odometry);
 // Where the caller may write it instead, in rows of red, green, blue and alpha.
 uint8_t* oaslam_odometry_rgba(OaslamOdometry* odometry);
-// Where the caller writes `count` samples of a gyroscope: time, x, y, z each.
-double* oaslam_odometry_samples(OaslamOdometry* odometry, int count);
+// Where the caller writes `count` samples. Of 4 `columns`: time and the angular velocity of a
+// gyroscope; of 7: with the acceleration of an IMU. About and along the camera's axes.
+double* oaslam_odometry_samples(OaslamOdometry* odometry, int count, int columns);
 // Null where the time or a sample is refused; then nothing has changed. `is_rgba`: the image is
 // where oaslam_odometry_rgba says. The estimate is valid until the next call.
 const OaslamEstimate* oaslam_odometry_process(OaslamOdometry* odometry, double time_s, int is_rgba,

@@ -9,7 +9,8 @@
 #include <optional>
 
 #include "camera_choice.h"
-#include "oaslam/formats/imu_file.h"
+#include "frame_inputs.h"
+#include "oaslam/formats/imu_pose.h"
 #include "oaslam/formats/time_unit.h"
 #include "oaslam/images/camera_source.h"
 #include "oaslam/images/dataset.h"
@@ -26,9 +27,26 @@ ImageSourceOptions Quietly(const CommonOptions& common) {
   return options;
 }
 
-// Whether a calibration tells how the camera lies to the gyroscope.
-bool KnowsGyroscope(const std::string& camera) {
+// Whether a calibration tells how the camera lies to the IMU.
+bool KnowsImu(const std::string& camera) {
   return !IsAutoCamera(camera) && LoadCameraFromImu(camera).has_value();
+}
+
+// Takes the IMU, also where it is given by its path: its clock and axes are the dataset's.
+void TakeImu(const Dataset& dataset, const std::string& camera, SideFiles& side,
+             std::vector<std::string>& taken) {
+  std::error_code error;
+  const bool is_given = std::filesystem::equivalent(side.imu, dataset.imu, error);
+  if (dataset.imu.empty() || !(is_given || side.imu.empty())) return;
+  if (!is_given && !dataset.cam_from_imu && !KnowsImu(camera)) {
+    taken.push_back(dataset.imu + " not, since no calibration tells how it lies (T_cam_imu)");
+    return;
+  }
+  side.imu = dataset.imu;
+  side.imu_begin_s = dataset.imu_begin_s;
+  side.cam_from_imu = dataset.cam_from_imu;
+  side.imu_may_fail = !is_given;
+  taken.push_back("IMU " + dataset.imu);
 }
 
 // The poses at the times of the images to which they belong by name.
@@ -70,10 +88,10 @@ void TakeDataset(const std::string& images, const CommonOptions& common, const F
     *into.camera = dataset->camera;
     taken.push_back(dataset->camera.empty() ? "no camera is in it" : "camera " + dataset->camera);
   }
-  if (into.camera && into.imu && into.imu->empty() && !dataset->imu.empty() &&
-      KnowsGyroscope(*into.camera)) {
-    *into.imu = dataset->imu;
-    taken.push_back("gyroscope " + dataset->imu);
+  if (into.camera && into.side) TakeImu(*dataset, *into.camera, *into.side, taken);
+  if (into.depth && dataset->depth) {
+    *into.depth = dataset->depth;
+    taken.push_back(fmt::format("{} depth images", dataset->depth->files.size()));
   }
   if (into.truth && into.truth->empty() && dataset->truth) {
     try {

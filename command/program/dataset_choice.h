@@ -1,19 +1,25 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common.h"
+#include "oaslam/images/depth_files.h"
 #include "oaslam/trajectory_file.h"
 
 namespace oaslam::apps {
+
+struct SideFiles;
 
 // What a folder in the layout of a dataset may give, where it is not given otherwise. Null: not
 // wanted.
 struct FromDataset {
   std::string* camera = nullptr;  // the path of a calibration; empty: not given
-  std::string* imu = nullptr;     // that of a gyroscope, for which the camera tells how it lies
+  // Its IMU, where the camera or the recorder tells how that lies.
+  SideFiles* side = nullptr;
   std::vector<StampedPose>* truth = nullptr;  // the true poses
+  std::optional<DepthFiles>* depth = nullptr;
 };
 
 // Takes it from the folder of the images, if that is one, and says in one line what was taken.

@@ -10,12 +10,14 @@
 #include "detection_choice.h"
 #include "oaslam/camera_file.h"
 #include "oaslam/formats/imu_file.h"
+#include "oaslam/formats/imu_pose.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/geometry/degree.h"
 #include "oaslam/images/camera_source.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/image_list.h"
 #include "oaslam/images/video_source.h"
+#include "oaslam/util/lower.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam::apps {
@@ -23,12 +25,45 @@ namespace oaslam::apps {
 CLI::Option* AddImuOption(CLI::App& app, SideFiles& files) {
   return app
       .add_option("--imu", files.imu,
-                  "a gyroscope beside the camera, as EuRoC's imu0/data.csv; how it lies to the "
-                  "camera is read from the calibration (T_BS, T_cam_imu)")
+                  "the IMU or gyroscope beside the camera, as EuRoC, MARS Logger, Stray Scanner, "
+                  "Sensor Logger and others record it (a file, two with a comma, or a folder); "
+                  "how it lies to the camera is read from the calibration (T_cam_imu, T_BS)")
       ->type_name("FILE");
 }
 
+CLI::Option* AddDepthOptions(CLI::App& app, SideFiles& files) {
+  CLI::Option* depth =
+      app.add_option("--depth", files.depth,
+                     "images of a depth camera: a folder, or a list as TUM's depth.txt or "
+                     "associations.txt; by default those of a dataset; none: without")
+          ->type_name("PATH");
+  app.add_option("--depth-unit", files.depth_unit,
+                 "metres of a count: by default that of a dataset, 0.0002 for a list, 0.001 for a "
+                 "folder")
+      ->type_name("METRES")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--depth-camera", files.depth_camera,
+                 "calibration of a depth camera whose images are not registered to the colour "
+                 "images; T_cam_depth in it tells how it lies")
+      ->type_name("FILE");
+  return depth;
+}
+
 namespace {
+
+std::optional<DepthFiles> DepthOf(const SideFiles& files) {
+  if (Lower(files.depth) == "none") return std::nullopt;
+  std::optional<DepthFiles> found = files.depth_of_dataset;
+  if (!files.depth.empty()) found = LoadDepthFiles(files.depth);
+  if (!found) {
+    if (files.depth_unit || !files.depth_camera.empty())
+      throw InputError("--depth-unit, --depth-camera: need --depth, or a dataset with depth");
+    return std::nullopt;
+  }
+  if (files.depth_unit) found->unit = *files.depth_unit;
+  if (!files.depth_camera.empty()) SetDepthCamera(files.depth_camera, *found);
+  return found;
+}
 
 // YOLO's texts of a film are named by it and count from 1: walk_1.txt is of image 000000 of
 // walk.mp4.
@@ -58,14 +93,24 @@ SideInputs::SideInputs(const SideFiles& files, const std::string& camera,
     categories = std::move(file.categories);
   }
   if (!files.gravity.empty()) gravity = GravityTrack::Load(files.gravity);
+  depth = DepthOf(files);
   if (files.imu.empty()) return;
   const bool is_auto = IsAutoCamera(camera);
-  const auto camera_from_imu = is_auto ? std::nullopt : LoadCameraFromImu(camera);
-  axes = camera_from_imu
-             ? "axes turned to the camera's as " + camera + " says"
+  const auto calibrated = is_auto ? std::nullopt : LoadCameraFromImu(camera);
+  axes = calibrated ? "axes turned to the camera's as " + camera + " says"
+         : files.cam_from_imu
+             ? "axes turned to the camera's as those of its recorder"
              : fmt::format("axes taken to be the camera's, since --camera {} does not tell others",
                            is_auto ? "auto" : camera);
-  angular_velocity = LoadImu(files.imu, camera_from_imu.value_or(Eigen::Quaterniond::Identity()));
+  cam_from_imu = calibrated.value_or(files.cam_from_imu.value_or(Rigid3()));
+  try {
+    imu = LoadImu(files.imu);
+  } catch (const InputError& error) {
+    if (!files.imu_may_fail) throw;
+    spdlog::warn("{} (the IMU of the dataset, left out)", error.what());
+  }
+  for (ImuSample& sample : imu.samples) sample.timestamp -= files.imu_begin_s;
+  for (const std::string& note : imu.notes) spdlog::warn("{}: {}", files.imu, note);
 }
 
 std::optional<Vertical> VerticalIn(const Slam& slam, const FrameInput& frame,
@@ -93,6 +138,9 @@ FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOp
     side_.detections = MatchedToImages(side_.detections, names, side_.detections_path);
   }
   const bool comes_late = range.follow || IsCamera(sources.images);
+  if (side_.depth && comes_late)
+    throw InputError("--depth: not with a camera or a folder that grows");
+  if (side_.depth) depths_.emplace(*side_.depth, TimesOfImages(sources.images, range));
   if (sources.live && comes_late) {
     auto latest = std::make_unique<LatestImageSource>(std::move(images));
     latest_ = latest.get();
@@ -257,11 +305,18 @@ std::optional<FrameInput> FrameInputs::Next() {
   frame.input.image = image.image;
   frame.input.timestamp = image.timestamp;
   frame.input.gravity_in_cam = side_.gravity.At(image.timestamp);
-  const std::vector<AngularVelocity>& samples = side_.angular_velocity;
+  if (depths_) frame.input.depth = depths_->Find(image.path.empty() ? image.name : image.path);
+  const std::vector<ImuSample>& samples = side_.imu.samples;
   for (; given_samples_ < samples.size() &&
          samples[given_samples_].timestamp <= image.timestamp + Gyroscope::kMostOffset;
-       ++given_samples_)
-    frame.input.angular_velocity.push_back(samples[given_samples_]);
+       ++given_samples_) {
+    const ImuSample& sample = samples[given_samples_];
+    if (side_.imu.has_acceleration)
+      frame.input.imu.push_back(sample);
+    else
+      frame.input.angular_velocity.push_back(
+          {sample.timestamp, side_.cam_from_imu.rotation * sample.angular_velocity});
+  }
   if (background_) {
     frame.input.detections_follow = true;
   } else if (!pool_) {
@@ -276,9 +331,10 @@ std::optional<FrameInput> FrameInputs::Next() {
   return frame;
 }
 
-void FrameInputs::ReportSensors(const GyroscopeCalibration& known) const {
+void FrameInputs::ReportSensors(const ImuCalibration& imu) const {
+  const GyroscopeCalibration& known = imu.gyroscope;
   side_.gravity.WarnIfUnused();
-  const std::vector<AngularVelocity>& samples = side_.angular_velocity;
+  const std::vector<ImuSample>& samples = side_.imu.samples;
   if (samples.empty()) return;
   if (samples.front().timestamp > *last_timestamp_ ||
       samples.back().timestamp < *first_timestamp_) {
@@ -308,6 +364,17 @@ void FrameInputs::ReportSensors(const GyroscopeCalibration& known) const {
           bias.x(), bias.y(), bias.z(), known.sigma_bias / kDegree, 1e3 * known.offset_s,
           1e3 * known.sigma_offset_s, side_.axes);
   }
+  if (!imu.problem.empty()) spdlog::warn("--imu: {}", imu.problem);
+  if (!side_.imu.has_acceleration || imu.accelerometer == AccelerometerState::kRefused) return;
+  if (imu.accelerometer == AccelerometerState::kUnknown)
+    spdlog::warn("accelerometer: the length of a metre is not known at the end: {}",
+                 known.state == GyroscopeState::kRefused
+                     ? "it needs the gyroscope"
+                     : "the camera has hardly been moved to and fro");
+  else
+    spdlog::info("accelerometer: bias {:.3f} {:.3f} {:.3f} m/s^2; metre +- {:.1f} %",
+                 imu.acceleration_bias.x(), imu.acceleration_bias.y(), imu.acceleration_bias.z(),
+                 100 * imu.sigma_metre);
 }
 
 }  // namespace oaslam::apps

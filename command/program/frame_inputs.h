@@ -18,7 +18,9 @@
 #include "oaslam/detection/turned_detector.h"
 #include "oaslam/detection/view_change.h"
 #include "oaslam/detection_file.h"
+#include "oaslam/formats/imu_file.h"
 #include "oaslam/image_source.h"
+#include "oaslam/images/depth_files.h"
 #include "oaslam/latest_image.h"
 #include "oaslam/odometry/gyroscope.h"
 #include "oaslam/slam.h"
@@ -42,10 +44,23 @@ struct DetectorPace {
 
 // Paths of files besides images; empty: none.
 struct SideFiles {
-  std::string detections, gravity, imu;
+  std::string detections, gravity, imu, depth;
+  // What is known of the recorder of `imu`, as in Dataset.
+  double imu_begin_s = 0;
+  std::optional<Rigid3> cam_from_imu{};
+  bool imu_may_fail = false;           // nobody asked for it: it is left out, with a warning
+  std::optional<double> depth_unit{};  // metres
+  std::string depth_camera{};          // the calibration of a depth camera that is not registered
+  std::optional<DepthFiles> depth_of_dataset{};
+
+  // Where the dataset's depths are put, unless others are asked for.
+  std::optional<DepthFiles>* DepthOfDataset() {
+    return depth.empty() ? &depth_of_dataset : nullptr;
+  }
 };
 
 CLI::Option* AddImuOption(CLI::App& app, SideFiles& files);
+CLI::Option* AddDepthOptions(CLI::App& app, SideFiles& files);
 
 // The inputs of a command besides images. They are read before the first image, so that errors in
 // them are reported at once.
@@ -60,9 +75,11 @@ struct SideInputs {
   std::string detections_path;
   ClassNames categories;  // of the detections, if these have classes of their own
   GravityTrack gravity;
-  std::vector<AngularVelocity> angular_velocity;  // ascending in time
-  std::string axes;                               // of the gyroscope, in words
-  std::unique_ptr<Detector> detector;             // null: none
+  ImuRecording imu;
+  std::optional<DepthFiles> depth;
+  Rigid3 cam_from_imu;
+  std::string axes;                    // of the IMU, in words
+  std::unique_ptr<Detector> detector;  // null: none
 };
 
 // Gravity in the camera's frame, and whether it follows from measurements, or only from how the
@@ -99,6 +116,8 @@ class FrameInputs {
 
   const Camera& camera() const { return camera_; }
   int size() const { return images_->count(); }
+  // How the IMU lies to the camera.
+  const Rigid3& cam_from_imu() const { return side_.cam_from_imu; }
   // Whether the source is live: images come when they are taken.
   bool is_live() const { return latest_ != nullptr; }
   // The number of images of a live source that were missed while another was processed.
@@ -108,7 +127,7 @@ class FrameInputs {
   std::optional<FrameInput> Next();
   // The last image is not processed: its samples of angular velocity come with the next one.
   void KeepSamples(const FrameInput& frame) {
-    given_samples_ -= frame.input.angular_velocity.size();
+    given_samples_ -= std::max(frame.input.angular_velocity.size(), frame.input.imu.size());
   }
   // The state after the last image. The camera counts as lost unless points gave its pose.
   void SetState(TrackingState state);
@@ -127,7 +146,7 @@ class FrameInputs {
   }
   // Call it once all images are read. Warns where no sample of a sensor was near any image, and
   // says what is known of the gyroscope (--imu), which was given its samples.
-  void ReportSensors(const GyroscopeCalibration& known) const;
+  void ReportSensors(const ImuCalibration& known) const;
   DetectorPace pace() const {
     if (background_) return {background_->images(), background_->busy_ms()};
     if (!pool_) return {};
@@ -165,6 +184,7 @@ class FrameInputs {
   std::optional<double> lost_since_s_;  // while the camera is lost
   double given_s_ = 0;                  // time stamp of the image that was given last
   InputImage last_looked_at_;           // by the detector
+  std::optional<DepthSource> depths_;
   std::optional<double> first_timestamp_, last_timestamp_;
   size_t given_samples_ = 0;       // of angular velocity
   std::optional<int> given_turn_;  // --detector-turn

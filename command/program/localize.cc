@@ -237,7 +237,9 @@ std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const cv::Ma
                                     const SlamConfig& config) {
   // Images found, of which the best is taken; images looked at, seven seconds of a video.
   constexpr int kEnough = 5, kMaxImages = 200;
-  FrameInputs inputs(SourcesOf(options, std::nullopt), SideInputsOf(options), options.common);
+  LocalizeOptions without_imu = options;
+  without_imu.side.imu.clear();
+  FrameInputs inputs(SourcesOf(options, std::nullopt), SideInputsOf(without_imu), options.common);
   Slam slam(config, inputs.camera());
   UseMask(options.mask, mask, slam, inputs.camera());
   slam.Load(options.map, options.submap);
@@ -281,6 +283,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
   results.SetFocalLength(inputs.camera().fx);
   Slam slam(config, inputs.camera());
   UseMask(options.mask, mask, slam, inputs.camera());
+  slam.SetImu(inputs.cam_from_imu());
   BeginInMap(options, slam);
   slam.SetMapping(false);
   const RelocalizationMode mode = RelocalizationModeOf(options.relocalization);
@@ -316,7 +319,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
     }
   });
   progress.Finish();
-  inputs.ReportSensors(slam.Gyroscope());
+  inputs.ReportSensors(slam.Imu());
   results.SetPresence(slam.Presence());
   failures.Try([&] { recording.Finish(); });
   failures.Throw();
@@ -379,7 +382,8 @@ void Localize(const LocalizeOptions& given) {
     throw InputError("localize: --imu needs --images");
   const SlamConfig config = LoadConfiguration(options.common);
   TakeDataset(options.images, options.common,
-              {&options.camera, options.every_frame ? nullptr : &options.side.imu});
+              {&options.camera, options.every_frame ? nullptr : &options.side, nullptr,
+               options.every_frame ? nullptr : options.side.DepthOfDataset()});
   const SavedMap saved = LoadSubmap(options.map, options.submap);
   const OutputFolder folder(options.out);
   LocalizeResults results(options.out);
@@ -434,6 +438,7 @@ void AddLocalizeCommand(CLI::App& app) {
                       "direction of gravity in the camera's frame: \"timestamp gx gy gz\" a line");
   AddMaskOption(*command, options->mask);
   AddImuOption(*command, options->side)->excludes(every_frame);
+  AddDepthOptions(*command, options->side)->excludes(every_frame);
   AddRecordingOptions(*command, options->recording);
   AddCommonOptions(*command, options->common);
   AddImageOptions(*command, options->common);

@@ -65,7 +65,7 @@ UnitChange ChangeByObjects(const SavedMap& saved) {
   const ScaleEstimate estimate = EstimateScale(saved.map, saved.class_names);
   if (!estimate.success) return {{}, {}, estimate.why_not};
   return {estimate.metres_per_unit,
-          UnitByObjects{estimate.relative_sigma, estimate.objects, estimate.classes}};
+          UnitEvidence{estimate.relative_sigma, estimate.objects, estimate.classes}};
 }
 
 }  // namespace
@@ -148,7 +148,9 @@ UnitChange MetricScale::ChangeOf(const SavedMap& saved,
                                  const std::vector<StampedPose>& trajectory) const {
   if (kind_ == Kind::kNone) return {};
   if (kind_ != Kind::kAuto) return {MetresPerUnit(saved.map, trajectory)};
-  const bool is_given = saved.map.is_metric && !saved.map.unit_by_objects;
+  const auto& evidence = saved.map.unit_evidence;
+  const bool is_given =
+      saved.map.is_metric && !(evidence && evidence->source == UnitSource::kObjects);
   return is_given ? UnitChange{} : ChangeByObjects(saved);
 }
 
@@ -157,7 +159,7 @@ void MetricScale::WarnOfContradiction(const SavedMap& saved,
   if (!saved.map.is_metric || kind_ == Kind::kNone) return;
   ScaleEstimate estimate = EstimateScale(saved.map, saved.class_names);
   std::string of = text_.empty() ? "the unit of the map" : text_;
-  if (saved.map.unit_by_objects) {
+  if (saved.map.unit_evidence) {
     if (groundtruth_.empty()) return;
     const TrajectoryReport report = EvaluateTrajectory(groundtruth_, trajectory, AlignMode::kSim3);
     if (!report.success) return;
@@ -175,9 +177,12 @@ void Apply(const UnitChange& change, SavedMap& saved) {
 
 std::string DescribeUnit(const Map& map) {
   if (!map.is_metric) return "arbitrary";
-  if (!map.unit_by_objects) return "metre";
-  return fmt::format("metres, 1.00 +- {:.2f} (by {} objects)", map.unit_by_objects->relative_sigma,
-                     map.unit_by_objects->objects);
+  if (!map.unit_evidence) return "metre";
+  if (map.unit_evidence->source != UnitSource::kObjects)
+    return fmt::format("metres, 1.00 +- {:.3f} (by the {})", map.unit_evidence->relative_sigma,
+                       map.unit_evidence->source == UnitSource::kImu ? "IMU" : "depth camera");
+  return fmt::format("metres, 1.00 +- {:.2f} (by {} objects)", map.unit_evidence->relative_sigma,
+                     map.unit_evidence->objects);
 }
 
 }  // namespace oaslam::apps

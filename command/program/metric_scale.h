@@ -22,7 +22,7 @@ void AddScaleOptions(CLI::App& app, ScaleSettings& settings);
 // How a map is scaled to metres.
 struct UnitChange {
   std::optional<double> metres_per_unit{};  // nothing: the map keeps its unit
-  std::optional<UnitByObjects> by_objects{};
+  std::optional<UnitEvidence> by_objects{};
   std::string why_not{};  // why objects do not tell the unit, where they were asked
 };
 

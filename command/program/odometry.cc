@@ -14,6 +14,7 @@
 #include "frame_inputs.h"
 #include "mask_choice.h"
 #include "oaslam/geometry/degree.h"
+#include "oaslam/relocalization/depth_registration.h"
 #include "oaslam/relocalization/frame_maker.h"
 #include "oaslam/trajectory_file.h"
 #include "oaslam/util/bad_input.h"
@@ -37,15 +38,16 @@ class Report {
     file_.open(path);
     if (!file_) throw InputError(path + ": cannot be written");
     file_ << "timestamp,state,tracked,inliers,sigma_position,sigma_rotation_deg,sigma_scale,"
-             "keyframe,ms\n";
+             "keyframe,ms,metres_per_unit,sigma_metre\n";
   }
 
   void Add(double timestamp, const OdometryEstimate& e, double ms) {
     if (!file_.is_open()) return;
-    file_ << fmt::format("{:.6f},{},{},{},{:.6f},{:.4f},{:.5f},{},{:.2f}\n", timestamp,
-                         ToString(e.state), e.tracked, e.inliers, SigmaOfPosition(e.covariance),
-                         SigmaOfRotation(e.covariance) / kDegree, std::sqrt(e.scale_drift),
-                         static_cast<int>(e.is_keyframe), ms);
+    file_ << fmt::format("{:.6f},{},{},{},{:.6f},{:.4f},{:.5f},{},{:.2f},{:.6g},{:.5f}\n",
+                         timestamp, ToString(e.state), e.tracked, e.inliers,
+                         SigmaOfPosition(e.covariance), SigmaOfRotation(e.covariance) / kDegree,
+                         std::sqrt(e.scale_drift), static_cast<int>(e.is_keyframe), ms,
+                         e.metres_per_unit, e.metre_sigma);
   }
 
   // Throws InputError where it could not be written.
@@ -70,6 +72,7 @@ void TrackAll(FrameInputs& inputs, Odometry& odometry, bool quiet, Report& repor
               Tracked& tracked) {
   ProgressBar progress(inputs.size(), quiet);
   const Camera& camera = inputs.camera();
+  DepthRegistration registration;
   while (!Interrupted()) {
     const std::optional<FrameInput> frame = inputs.Next();
     if (!frame) break;
@@ -79,8 +82,10 @@ void TrackAll(FrameInputs& inputs, Odometry& odometry, bool quiet, Report& repor
       throw BadInput("image {} ({}) has {}x{} pixels, expected {}x{}", frame->index, frame->name,
                      grey.cols, grey.rows, camera.width, camera.height);
     const Stopwatch watch;
-    const OdometryEstimate estimate =
-        odometry.Process(ViewOf(grey), timestamp, frame->input.angular_velocity);
+    const std::shared_ptr<const DepthMap> depth =
+        frame->input.depth ? registration.Register(*frame->input.depth, camera) : nullptr;
+    const OdometryEstimate estimate = odometry.Process(
+        ViewOf(grey), timestamp, {frame->input.angular_velocity, frame->input.imu, depth});
     const double ms = watch.WallMs();
     tracked.ms += ms;
     ++tracked.images;
@@ -94,7 +99,8 @@ void TrackAll(FrameInputs& inputs, Odometry& odometry, bool quiet, Report& repor
 
 void RunOdometry(const OdometryCommandOptions& given) {
   OdometryCommandOptions options = given;
-  TakeDataset(options.images, options.common, {&options.camera, &options.side.imu});
+  TakeDataset(options.images, options.common,
+              {&options.camera, &options.side, nullptr, options.side.DepthOfDataset()});
   if (IsAutoCamera(options.camera))
     throw InputError("odometry: --camera auto: a calibration file or fov:DEGREES is needed");
   const OutputFolder folder = FolderOfOutputFile(options.out);
@@ -105,13 +111,14 @@ void RunOdometry(const OdometryCommandOptions& given) {
   if (const cv::Mat mask = MaskFor(options.mask, options.camera, options.images, options.common);
       !mask.empty())
     odometry.SetMask(ImageMask(ViewOf(mask)));
+  odometry.SetImu(inputs.cam_from_imu());
   Tracked tracked;
   InstallInterruptHandler();
   Failures failures;  // reported after the results are saved
   failures.Try([&] { TrackAll(inputs, odometry, options.common.quiet, report, tracked); });
   failures.Try([&] { SaveTrajectory(options.out, tracked.trajectory); });
   failures.Try([&] { report.Finish(); });
-  inputs.ReportSensors(odometry.gyroscope().calibration());
+  inputs.ReportSensors(odometry.imu());
   failures.Throw();
   spdlog::info("{}{} of {} images with a pose, {:.1f} ms an image -> {}",
                Interrupted() ? "interrupted: " : "", tracked.trajectory.size(), tracked.images,
@@ -142,6 +149,7 @@ void AddOdometryCommand(CLI::App& app) {
       ->type_name("FILE");
   AddMaskOption(*command, options->mask);
   AddImuOption(*command, options->side);
+  AddDepthOptions(*command, options->side);
   command->add_option("--seed", options->seed, "Of the random samples");
   AddFrameOptions(*command, options->common);
   AddImageOptions(*command, options->common);

@@ -175,7 +175,7 @@ void SayDetectorPace(const RunOptions& options, const DetectorPace& pace, int im
 
 // Says what the objects tell of the unit; of a map without objects nothing.
 void SayUnit(const Map& map, const std::string& why_arbitrary) {
-  if (map.unit_by_objects)
+  if (map.unit_evidence)
     fmt::print("unit: {}\n", DescribeUnit(map));
   else if (!map.is_metric && !why_arbitrary.empty() && map.CountMappedObjects() > 0)
     fmt::print("unit: arbitrary: {}\n", why_arbitrary);
@@ -276,12 +276,12 @@ struct RunWriter {
   MapOut& map_out;
 
   // Changes only copies, so that it may be called twice.
-  Written Write(SavedMap saved, WorldId world, const std::optional<CameraEstimate>& estimate,
-                Failures& failures) const {
+  Written Write(SavedMap saved, WorldId world, const std::vector<FormerWorld>& former,
+                const std::optional<CameraEstimate>& estimate, Failures& failures) const {
     Written written;
     map_out.TakeOverEdits(objects, saved.map);
     RunResults files = results;
-    files.SetWorld(world);
+    files.SetWorld(world, former);
     files.SetCamera(estimate ? estimate->camera : camera, estimate);
     std::vector<StampedPose> trajectory = WorldPoses(saved.map, saved.trajectory, first_frame);
     failures.Add(ScaleToMetres(scale, saved, trajectory, files, written.why_arbitrary));
@@ -305,6 +305,7 @@ struct RunWriter {
 Written FinishAndWrite(Slam& slam, const RunWriter& writer, const SlamConfig& config,
                        const std::optional<CameraEstimate>& first_estimate, Failures& failures) {
   const WorldId world = slam.Snapshot().world();
+  const std::vector<FormerWorld> former = slam.FormerWorlds();
   const SavedMap unfinished = SavedMapOf(slam.WholeMap());
   SavedMap finished;
   std::optional<CameraEstimate> estimate = first_estimate;
@@ -317,11 +318,12 @@ Written FinishAndWrite(Slam& slam, const RunWriter& writer, const SlamConfig& co
   // This only improves the map, and may take longer than who ends the run will wait.
   if (!IsReadyUnlessInterrupted(finishing)) {
     Failures early;
-    writer.Write(unfinished, world, first_estimate, early);
+    writer.Write(unfinished, world, former, first_estimate, early);
     if (!early.Any()) SavedOnSignal();
   }
   finishing.get();
-  return writer.Write(std::move(finished), slam.Snapshot().world(), estimate, failures);
+  return writer.Write(std::move(finished), slam.Snapshot().world(), slam.FormerWorlds(), estimate,
+                      failures);
 }
 
 void Say(const Written& written, const RunOptions& options, int images) {
@@ -347,7 +349,7 @@ void Run(const RunOptions& given) {
   if (!options.groundtruth.empty())
     groundtruth = LoadGroundtruth(options.groundtruth, options.common, options.images);
   TakeDataset(options.images, options.common,
-              {&options.camera.camera, &options.side.imu, &groundtruth});
+              {&options.camera.camera, &options.side, &groundtruth, options.side.DepthOfDataset()});
 
   // What is refused is refused before anything is written or estimated.
   SideInputs side(options.side, options.camera.camera, options.detector, options.common);
@@ -372,6 +374,7 @@ void Run(const RunOptions& given) {
 
   Slam slam(config, inputs.camera());
   slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
+  slam.SetImu(inputs.cam_from_imu());
   if (!options.map_in.empty()) {
     slam.Load(options.map_in);
     map_out.BeginsWith(options.map_in, *MapOf(slam.Snapshot()));
@@ -401,7 +404,7 @@ void Run(const RunOptions& given) {
     ProcessImages(inputs, slam, is_live && !inputs.is_live(), reset, sinks, progress, counts);
   });
   failures.Try([&] { recording.Finish(); });
-  inputs.ReportSensors(slam.Gyroscope());
+  inputs.ReportSensors(slam.Imu());
   results.SetDetectorPace(inputs.pace(), SteadySeconds() - start_s);
   progress.Finish();
   SayDetectorPace(options, inputs.pace(), counts.done);
@@ -455,6 +458,7 @@ void AddRunCommand(CLI::App& app, std::shared_ptr<RunView> view) {
       "--gravity", options->side.gravity,
       "gravity in the camera's frame, for the map's vertical: \"timestamp gx gy gz\" a line");
   AddImuOption(*command, options->side);
+  AddDepthOptions(*command, options->side);
   AddScaleOptions(*command, options->scale);
   options->view->AddOptions(*command);
   AddRecordingOptions(*command, options->recording);

@@ -189,6 +189,20 @@ void RunResults::Scale(double factor) {
   }
 }
 
+void RunResults::SetWorld(WorldId world, const std::vector<FormerWorld>& former) {
+  world_ = world;
+  const auto take = [&](auto& pose) {
+    const auto was = std::ranges::find(former, pose.world, &FormerWorld::world);
+    if (was == former.end()) return;
+    pose.ScaleLengths(was->scale);
+    pose.world = world;
+  };
+  for (auto& [index, r] : frames_) {
+    take(r);
+    for (PoseElsewhere& there : r.elsewhere) take(there);
+  }
+}
+
 // Each submap has its own frame and unit.
 void RunResults::WriteSubmaps(const std::vector<std::vector<StampedPose>>& submaps) const {
   for (int i = 1; std::filesystem::remove(fmt::format("{}/submap_{}.txt", folder_, i)); ++i)
@@ -253,7 +267,10 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
                                 {"shared", stretch.shared},
                                 {"link", Rounded(stretch.link_s, .001)}});
   summary["unit"] = saved.map.is_metric ? "metre" : "arbitrary";
-  if (const auto& by_objects = saved.map.unit_by_objects)
+  if (const auto& by = saved.map.unit_evidence; by && by->source != UnitSource::kObjects)
+    summary["unit_by_sensor"] = {{"sensor", by->source == UnitSource::kImu ? "imu" : "depth"},
+                                 {"sigma", Rounded(by->relative_sigma, 1e-4)}};
+  else if (const auto& by_objects = saved.map.unit_evidence)
     summary["unit_by_objects"] = {{"sigma", Rounded(by_objects->relative_sigma, 1e-4)},
                                   {"objects", by_objects->objects},
                                   {"classes", by_objects->classes}};

@@ -36,8 +36,9 @@ class RunResults {
     camera_ = camera;
     estimate_ = estimate;
   }
-  // The map's world at the end of the run.
-  void SetWorld(WorldId world) { world_ = world; }
+  // The map's world at the end of the run, in whose unit all is written, and the worlds that it
+  // was.
+  void SetWorld(WorldId world, const std::vector<FormerWorld>& former);
   // Converts live poses to a new unit: one old unit is `factor` new ones.
   void Scale(double factor);
   // How many images have a pose that was uncertain when it was given, and in which seconds; empty:

@@ -23,6 +23,7 @@
   } while (0)
 
 static uint8_t pixels[WIDTH * HEIGHT];
+static uint16_t depth[WIDTH * HEIGHT / 16];
 
 static oaslam_image image_at(double timestamp) {
   oaslam_image image;
@@ -228,6 +229,47 @@ static void give_measurements(const oaslam_camera* camera) {
   motion.image = 2;
   found.levels = 99;
   CHECK(oaslam_slam_process(slam, &image, &result) == OASLAM_INPUT_ERROR);
+  found.levels = 0;
+  image.depth = depth;
+  image.depth_width = WIDTH / 4;
+  image.depth_height = HEIGHT / 4;
+  image.depth_bytes_per_row = 0;
+  CHECK(oaslam_slam_process(slam, &image, &result) == OASLAM_INPUT_ERROR);
+  image.depth_bytes_per_row = WIDTH / 4 * sizeof depth[0];
+  image.depth_unit = 5;
+  CHECK(oaslam_slam_process(slam, &image, &result) == OASLAM_INPUT_ERROR);
+  image.depth_unit = 0;
+  CHECK(oaslam_slam_process(slam, &image, &result) == OASLAM_OK);
+  oaslam_slam_destroy(slam);
+}
+
+/* An IMU gives the odometry what it measures along its own axes. */
+static void give_imu(const oaslam_camera* camera) {
+  const oaslam_imu_sample samples[2] = {{0.01, {0, 0.1, 0}, {0, -9.8, 0}},
+                                        {0.02, {0, 0.1, 0}, {0, -9.8, 0}}};
+  oaslam_pose cam_from_imu;
+  oaslam_imu_calibration imu;
+  oaslam_slam* slam = NULL;
+  oaslam_result result;
+  oaslam_image image = image_at(0.02);
+  memset(&cam_from_imu, 0, sizeof cam_from_imu);
+  cam_from_imu.rotation[3] = 1;
+  image.imu = samples;
+  image.imu_count = 2;
+  CHECK(oaslam_slam_create(OASLAM_LIVE, NULL, camera, &slam) == OASLAM_OK);
+  CHECK(oaslam_slam_set_imu(slam, &cam_from_imu) == OASLAM_OK);
+  CHECK(oaslam_slam_process(slam, &image, &result) == OASLAM_OK);
+  memset(&imu, 0xff, sizeof imu);
+  CHECK(oaslam_slam_imu(slam, &imu) == OASLAM_OK);
+  CHECK(imu.gyroscope == OASLAM_SENSOR_UNKNOWN && imu.accelerometer == OASLAM_SENSOR_UNKNOWN);
+  CHECK(imu.sigma_gyroscope_bias > 0 && imu.sigma_metre == 0 && imu.problem[0] == 0);
+  image.timestamp = 0.04;
+  image.imu_count = 0;
+  image.angular_velocity_count = 1;
+  CHECK(oaslam_slam_process(slam, &image, &result) == OASLAM_INPUT_ERROR);
+  cam_from_imu.translation[0] = 64; /* millimetres */
+  CHECK(oaslam_slam_set_imu(slam, &cam_from_imu) == OASLAM_INPUT_ERROR);
+  CHECK(oaslam_slam_set_imu(slam, NULL) == OASLAM_INPUT_ERROR);
   oaslam_slam_destroy(slam);
 }
 
@@ -359,6 +401,7 @@ int main(int argc, char** argv) {
   through_bytes(path);
   use_map(path, argv[2], &camera);
   give_measurements(&camera);
+  give_imu(&camera);
   remove(path);
   printf("%d images\n", frames);
   return 0;

@@ -14,12 +14,11 @@ static constexpr size_t kSizesAndAlignments[2 * sizeof...(Types)] = {sizeof(Type
 
 // Size and alignment of every public type that holds matrices or rotations, as the including
 // translation unit sees them.
-static constexpr auto& kLayout =
-    kSizesAndAlignments<Rigid3, Ellipsoid, StampedPose, AnchorPose, AnchorRequest, AnchorEdit,
-                        ImageInput, TrackingResult, RelocalizationResult,
-                        RelocalizationResult::Candidate, RelocalizeOptions, TrackedPoint,
-                        GyroscopeCalibration, MapSnapshot::Keyframe, MapSnapshot::Landmark,
-                        MapSnapshot::Observation, MapSnapshot::Object, SlamState>;
+static constexpr auto& kLayout = kSizesAndAlignments<
+    Rigid3, Ellipsoid, StampedPose, AnchorPose, AnchorRequest, AnchorEdit, ImageInput,
+    TrackingResult, RelocalizationResult, RelocalizationResult::Candidate, RelocalizeOptions,
+    TrackedPoint, GyroscopeCalibration, ImuSample, ImuCalibration, MapSnapshot::Keyframe,
+    MapSnapshot::Landmark, MapSnapshot::Observation, MapSnapshot::Object, SlamState>;
 
 // kLayout of a translation unit that is compiled for the widest vectors.
 const size_t* LayoutWithWideVectors();

@@ -92,8 +92,12 @@ TEST_F(SlamWithMap, GoesOnInMetres) {
   const auto before = metric.Trajectory();
   for (const double wrong : {0.0, -1.0, std::nan(""), double{INFINITY}})
     EXPECT_INPUT_ERROR(metric.SetMetresPerUnit(wrong), HasSubstr("above 0"));
+  const WorldId plain_world = metric.Snapshot().world();
   metric.SetMetresPerUnit(kMetres);
   EXPECT_TRUE(metric.Snapshot().is_metric());
+  ASSERT_THAT(metric.FormerWorlds(), testing::SizeIs(1));
+  EXPECT_EQ(metric.FormerWorlds()[0].world, plain_world);
+  EXPECT_EQ(metric.FormerWorlds()[0].scale, kMetres);
   const auto after = metric.Trajectory();
   ASSERT_EQ(after.size(), before.size());
   const double length =

@@ -143,6 +143,12 @@ class TestClient(Asking):
             track.send_image(b"no image")
             with self.refused(None, "neither a JPEG nor a PNG"):
                 track.wait_for("pose")
+            track.send_image(frames[8], time=2, imu=[[1.9, 0, 0, 0, 0, -9.8, 0]], cam_from_imu={"position": [0, 0, 0], "rotation": [0, 0, 0, 1]})
+            assert track.wait_for("pose")["time"] == 2
+            for facts, place in (({"imu": [[1.9, 0, 0, 0]]}, "header.imu[0]"), ({"imu": [[1.9, 0, 0, 0, 0, 5e3, 0]]}, "5000 m/s"), ({"cam_from_imu": 3}, "header.cam_from_imu")):
+                track.send_image(frames[8], time=3, **facts)
+                with self.refused(None, place):
+                    track.wait_for("pose")
             track.send_image(frames[8], camera="fov:999")
             assert next(iter(track))["type"] == "error"
         with self.refused(None, "no map"):

@@ -86,6 +86,14 @@ class TestDatasets(harness.InFolder):
         done = must_run("odometry", images, "--dataset", "none", "--camera", camera, "--to", 5, "--out", self.path("none.txt"))
         assert "taken for" not in done.err
 
+    def gyroscope(self):
+        """Texts of time in ns and rad/s about the camera's axes."""
+        imu = self.path("imu.csv")
+        tool = os.path.join(os.environ["OASLAM_SOURCE_DIR"], "tools", "simulated_gyroscope")
+        subprocess.run([sys.executable, tool, harness.groundtruth("map_front"), imu], check=True)
+        with open(imu) as f:
+            return [line.rstrip("\n").split(",") for line in f if not line.startswith("#")]
+
     def test_euroc_has_a_gyroscope(self):
         root = "euroc/mav0"
         self.link(lambda i: f"{root}/cam0/data/{START_NS + i * 10**9 // 30}.jpg")
@@ -95,15 +103,11 @@ class TestDatasets(harness.InFolder):
                    f"camera_model: pinhole\nintrinsics: [525, 525, 319.5, 239.5]\ndistortion_model: radial-tangential\ndistortion_coefficients: [0, 0, 0, 0]\n")
         self.write(f"{root}/state_groundtruth_estimate0/data.csv", "#timestamp [ns],p_x,p_y,p_z,q_w,q_x,q_y,q_z\n" + "".join(
             f"{START_NS + i * 10**9 // 30},{','.join(map(str, [*p, q[3], *q[:3]]))}\n" for i, (_, p, q) in enumerate(self.truth)))
-        imu = self.path("imu.csv")
-        tool = os.path.join(os.environ["OASLAM_SOURCE_DIR"], "tools", "simulated_gyroscope")
-        subprocess.run([sys.executable, tool, harness.groundtruth("map_front"), imu], check=True)
-        with open(imu) as f:
-            lines = [line.rstrip("\n").split(",") for line in f if not line.startswith("#")]
+        lines = self.gyroscope()
         self.write(f"{root}/imu0/data.csv", "#timestamp [ns],w_x,w_y,w_z\n" + "".join(",".join([str(START_NS + int(v[0])), *v[1:]]) + "\n" for v in lines))
         folder, out = self.path("euroc"), self.path("euroc.txt")
         done = must_run("odometry", folder, "--out", out)
-        assert f"taken for EuRoC (--dataset): {COUNT} images, camera {folder}/mav0/cam0/sensor.yaml, gyroscope {folder}/mav0/imu0/data.csv" in done.err, done
+        assert f"taken for EuRoC (--dataset): {COUNT} images, camera {folder}/mav0/cam0/sensor.yaml, IMU {folder}/mav0/imu0/data.csv" in done.err, done
         assert "axes turned to the camera's" in done.err
         assert ate(must_run("evaluate", "trajectory", out, folder).out) < 0.1
         assert harness.read_tum(out)[0][0] == pytest.approx(START_NS / 1e9, abs=1)
@@ -115,6 +119,9 @@ class TestDatasets(harness.InFolder):
         self.write("stray/camera_matrix.csv", f"{fx}, 0.0, {cx}\n0.0, {fy}, {cy}\n0.0, 0.0, 1.0\n")
         self.write("stray/odometry.csv", "timestamp, frame, x, y, z, qx, qy, qz, qw\n" + "".join(
             f"{900 + t}, {i:06d}, {', '.join(map(str, [*p, *q]))}\n" for i, (t, p, q) in enumerate(self.truth)))
+        # The phone's x is the camera's -y, its y the camera's -x. Without gravity the accelerations are not used.
+        self.write("stray/imu.csv", "timestamp, a_x, a_y, a_z, alpha_x, alpha_y, alpha_z\n" + "".join(
+            f"{900 + int(t) / 1e9}, 0.0, {i % 7 / 100}, 0.0, {-float(y)}, {-float(x)}, {-float(z)}\n" for i, (t, x, y, z) in enumerate(self.gyroscope())))
         self.link(lambda i: f"r3d/rgbd/{i}.jpg")
         flip = np.diag([1, -1, -1])
         poses = []
@@ -129,7 +136,16 @@ class TestDatasets(harness.InFolder):
             done = must_run("run", "--images", folder, "--to", COUNT, "--out", out)
             assert f"taken for {layout} (--dataset): {what}" in done.err and f", {COUNT} true poses" in done.err, done
             assert "estimating its focal length" not in done.err
+            if name == "stray":
+                assert f", IMU {folder}/imu.csv" in done.err and "axes turned to the camera's as those of its recorder" in done.err, done
+                assert "gravity is not in it" in done.err and "refused" not in done.err, done
             assert ate(must_run("evaluate", "trajectory", f"{out}/trajectory.txt", folder).out) < 0.03
+        # An IMU that nobody asked for does not end the run.
+        self.write("stray/imu.csv", "timestamp, a_x, a_y, a_z, alpha_x, alpha_y, alpha_z\n0, 1, 2, 3, 4, x, 6\n")
+        command = ["odometry", self.path("stray"), "--to", 4, "--out", self.path("short.txt")]
+        assert "imu.csv:2: column 6: expected a number (the IMU of the dataset, left out)" in must_run(*command).err
+        done = oaslam(*command, "--imu", self.path("stray/imu.csv"))
+        assert done.code == 1 and "imu.csv:2: column 6" in done.err, done
 
     def test_apps_with_a_file_for_each_image(self):
         fx, fy, cx, cy = INTRINSICS

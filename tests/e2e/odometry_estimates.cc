@@ -2,7 +2,8 @@
 // through the interface that the module for browsers has (bindings/wasm/odometry_js.h). Writes to
 // FOLDER the grey images (images), their time stamps (times) and, for each, the estimate and its
 // points (estimates), all as this processor keeps them; and the ORB key points of each fiftieth
-// (features). SAMPLES: of a gyroscope, four doubles each.
+// (features). SAMPLES: the number of their columns, and of a gyroscope four doubles each, of an IMU
+// seven.
 
 #include <fmt/format.h>
 
@@ -19,15 +20,13 @@
 
 namespace {
 
-using Sample = std::array<double, 4>;
-
-std::vector<Sample> ReadSamples(const std::filesystem::path& path) {
+std::vector<double> ReadDoubles(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   const std::vector<char> bytes(std::istreambuf_iterator<char>(file), {});
-  std::vector<Sample> samples(bytes.size() / sizeof(Sample));
-  std::copy_n(bytes.begin(), samples.size() * sizeof(Sample),
-              reinterpret_cast<char*>(samples.data()));
-  return samples;
+  std::vector<double> doubles(bytes.size() / sizeof(double));
+  std::copy_n(bytes.begin(), doubles.size() * sizeof(double),
+              reinterpret_cast<char*>(doubles.data()));
+  return doubles;
 }
 
 void Write(std::ofstream& file, const void* data, size_t size) {
@@ -43,26 +42,27 @@ int main(int argc, char** argv) {
   OaslamOdometry* odometry =
       oaslam_odometry_new(c.model == oaslam::LensModel::kFisheye, c.width, c.height, c.fx, c.fy,
                           c.cx, c.cy, k[0], k[1], k[2], k[3], k[4], 0);
-  const std::vector<Sample> samples = ReadSamples(argv[3]);
+  const std::vector<double> samples = ReadDoubles(argv[3]);
+  const auto columns = static_cast<int>(samples.at(0));
   const std::filesystem::path folder = argv[4];
   std::ofstream images(folder / "images", std::ios::binary),
       times(folder / "times", std::ios::binary), estimates(folder / "estimates", std::ios::binary),
       features(folder / "features", std::ios::binary);
   std::vector<double> ms;
   const auto source = oaslam::OpenImages(argv[1], {});
-  auto sample = samples.begin();
+  auto sample = samples.begin() + 1;
   while (const auto input = source->Next()) {
     const double time_s = input->timestamp;
     const cv::Mat grey = input->image.isContinuous() ? input->image : input->image.clone();
     const size_t pixels = grey.total();
     // Those up to a tenth of a second after the image; odometry_module.mjs gives the same.
-    const auto end =
-        std::find_if(sample, samples.end(), [&](const Sample& s) { return s[0] > time_s + 0.1; });
-    const int count = static_cast<int>(end - sample);
+    auto end = sample;
+    while (end != samples.end() && *end <= time_s + 0.1) end += columns;
+    const int count = static_cast<int>(end - sample) / columns;
     const auto start = std::chrono::steady_clock::now();
     std::copy_n(grey.data, pixels, oaslam_odometry_image(odometry));
-    double* to = oaslam_odometry_samples(odometry, count);
-    for (; sample != end; ++sample) to = std::ranges::copy(*sample, to).out;
+    std::copy(sample, end, oaslam_odometry_samples(odometry, count, columns));
+    sample = end;
     const OaslamEstimate* estimate = oaslam_odometry_process(odometry, time_s, 0, count);
     if (!estimate) {
       fmt::print(stderr, "{}\n", oaslam_odometry_problem(odometry));

@@ -8,7 +8,7 @@ import { pathToFileURL } from "node:url";
 const [, , module, cameraText, samplesFile, folder] = process.argv;
 const { Odometry } = await import(pathToFileURL(module).href);
 const camera = JSON.parse(cameraText);
-const DOUBLES = 43, INTEGERS = 8; // of OaslamEstimate (bindings/wasm/odometry_js.h)
+const METRE = 43, DOUBLES = 48, INTEGERS = 8; // of OaslamEstimate (bindings/wasm/odometry_js.h)
 
 const bytesOf = (path) => new Uint8Array(readFileSync(path)); // a copy of its own, which is aligned
 const doublesOf = (path) => new Float64Array(bytesOf(path).buffer);
@@ -23,8 +23,9 @@ function nextNative() {
   const doubles = take(Float64Array, DOUBLES);
   const [state, run, image, keyframe, tracked, inliers, points] = take(Int32Array, INTEGERS);
   return {
-    words: { state: ["preliminary", "tracking", "uncertain", "blind"][state], run, image, keyframe: keyframe === 1, tracked, inliers },
-    pose: { rotation: doubles.subarray(0, 4), translation: doubles.subarray(4, 7) }, covariance: doubles.subarray(7), points: take(Float32Array, 3 * points),
+    words: { state: ["preliminary", "tracking", "uncertain", "inertial", "blind"][state], run, image, keyframe: keyframe === 1, tracked, inliers },
+    pose: { rotation: doubles.subarray(0, 4), translation: doubles.subarray(4, 7) }, covariance: doubles.subarray(7, METRE), metre: doubles.subarray(METRE),
+    points: take(Float32Array, 3 * points),
   };
 }
 
@@ -39,14 +40,21 @@ function center({ rotation: [x, y, z, w], translation }) {
 }
 const angle = (a, b) => 2 * Math.min(distance(a, b), distance(a, Array.from(b, (v) => -v)));
 
-// `first`: the first image in which something is not the same, bit for bit. `position` in the odometry's unit, `rotation` in rad.
-const result = { images: 0, bytes: 0, first: {}, position: 0, rotation: 0, px: 0, inverse_depth: 0 };
+// `first`: the first image in which something is not the same, bit for bit. `position` in the odometry's unit, `rotation` in rad; `metre`: metres of its unit and their
+// sigma, and gravity. `told`: the last of these, and how many images had them.
+const result = { images: 0, bytes: 0, first: {}, position: 0, rotation: 0, px: 0, inverse_depth: 0, metre: 0, told: { images: 0 } };
 function compareBits(what, native, estimate) {
   result.bytes += native.byteLength;
   if (!bytes(native).equals(bytes(estimate))) result.first[what] ??= result.images;
 }
 function most(what, difference) {
   result[what] = Math.max(result[what], difference);
+}
+function compareMetre(native, { metresPerUnit, metreSigma, gravity }) {
+  const metre = Float64Array.from([metresPerUnit ?? 0, metreSigma ?? 0, ...(gravity ?? [0, 0, 0])]);
+  compareBits("metre", native.metre, metre);
+  most("metre", distance(native.metre, metre));
+  if (metresPerUnit !== null) result.told = { images: result.told.images + 1, metres: metresPerUnit, sigma: metreSigma, gravity: Array.from(gravity) };
 }
 function compare(native, estimate) {
   for (const [key, value] of Object.entries(native.words)) if (estimate[key] !== value) result.first[key] ??= result.images;
@@ -57,6 +65,7 @@ function compare(native, estimate) {
     most("rotation", angle(native.pose.rotation, pose.rotation));
   }
   compareBits("covariance", native.covariance, estimate.covariance);
+  compareMetre(native, estimate);
   compareBits("points", native.points, estimate.points);
   for (let i = 0; i < Math.min(native.points.length, estimate.points.length); i += 3) {
     most("px", distance(native.points.subarray(i, i + 2), estimate.points.subarray(i, i + 2)));
@@ -81,7 +90,7 @@ function compareFeatures({ count, bytes }) {
   for (let i = 0; i < count; ++i) features.angle = Math.max(features.angle, Math.abs(a[i] - b[i]));
 }
 
-const samples = doublesOf(samplesFile);
+const [columns, ...samples] = doublesOf(samplesFile);
 const images = openSync(join(folder, "images"));
 const grey = new Uint8Array(camera.width * camera.height);
 const odometry = await Odometry.create({ camera });
@@ -90,7 +99,7 @@ let sample = 0;
 for (const time of doublesOf(join(folder, "times"))) {
   readSync(images, grey, 0, grey.length, null);
   const given = [];
-  for (; sample < samples.length && samples[sample] <= time + 0.1; sample += 4) given.push(samples.subarray(sample, sample + 4));
+  for (; sample < samples.length && samples[sample] <= time + 0.1; sample += columns) given.push(samples.slice(sample, sample + columns));
   const start = performance.now();
   const estimate = odometry.process(grey, time, given);
   ms.push(performance.now() - start);

@@ -18,7 +18,7 @@ struct FuzzedDataset {
 };
 
 constexpr const char* kPixels = "P5\n1 1\n255\n1";
-const std::array<FuzzedDataset, 17> kDatasets = {{
+const std::array<FuzzedDataset, 18> kDatasets = {{
     {"mav0/cam0/data.csv", {}},
     {"mav0/state_groundtruth_estimate0/data.csv",
      {{"mav0/cam0/data.csv", "#[ns]\n1403636579763555584,a.pgm\n"}}},
@@ -41,6 +41,7 @@ const std::array<FuzzedDataset, 17> kDatasets = {{
     {"keyframes/cameras/0.json", {{"keyframes/images/0.jpg", kPixels}}},
     {"images.txt", {{"images/0.png", kPixels}, {"cameras.txt", "1 PINHOLE 9 9 9 9 4 4\n"}}},
     {"images.bin", {{"cameras.bin", ""}}},
+    {"associations.txt", {{"rgb.txt", "1 rgb/1.png\n"}, {"depth/1.png", kPixels}}},
 }};
 
 const TempFolder& FolderOf(size_t i) {

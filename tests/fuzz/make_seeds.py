@@ -179,7 +179,9 @@ def seeds():
         "detections": [json.dumps(d).encode() for d in DETECTIONS] + [
             b"filename,width,height,class,xmin,ymin,xmax,ymax,score\n7.png,640,480,cup,1,2,3,4,0.5\n", b"41 0.5 0.5 0.25 0.5 0.9 3\n0 .1 .1 .1 .1\n"],
         "calibration": [bytes([kind]) + text.encode() for kind, texts in CAMERAS.items() for text in texts],
-        "imu": [b"#timestamp [ns],w_x,w_y,w_z\n1000000000,0.1,-2,3e-1,9.8\n1005000000,0,0,0\n", b"T_BS: [0, 0, 1, 0, -1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 1]\n"],
+        "imu": [b"#timestamp [ns],w_x,w_y,w_z\n1000000000,0.1,-2,3e-1,9.8\n1005000000,0,0,0\n", b"T_BS: [0, 0, 1, 0, -1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 1]\n",
+                b"timestamp, a_x, a_y, a_z, alpha_x, alpha_y, alpha_z\n" + b"".join(b"%.3f, 0.01, -1, %d, .1, 20, %d\n" % (7 + i / 90, i % 2, i % 3) for i in range(30)),
+                b"t(ms);gyroX (deg/s);gyroY;gyroZ;user_x_g;user_y_g;user_z_g;gravity_x;gravity_y;gravity_z\n5;1;2;3;0;0;0;0;1;0\n9;nan;nan;nan;0;0;0;0;1;0\n9;1;2;3;;;;;;"],
         "list": [b"# time path\n0.5 rgb/a.png\n0.6,rgb/b.png\n", b"1500000000.1.png\n1500000000.033333.png\n",
                  b"0.5 rgb/a.png 0.5 depth/a.png\n", b"#timestamp [ns],filename\n1403636579763555584,a.png\n",
                  "".join(f"{100 + i - 50 * (i > 5)} a.png\n" for i in range(12)).encode()],

@@ -32,7 +32,7 @@ export type Camera = {
      */
     distortion?: number[];
 };
-export type State = "preliminary" | "tracking" | "uncertain" | "blind";
+export type State = "preliminary" | "tracking" | "uncertain" | "inertial" | "blind";
 export type Pose = {
     /**
      * a unit quaternion: x, y, z, w
@@ -82,6 +82,18 @@ export type Estimate = {
      * of them, those that agree with the pose
      */
     inliers: number;
+    /**
+     * the length of the odometry's unit, by the accelerations; null while it is not known
+     */
+    metresPerUnit: number | null;
+    /**
+     * its standard deviation, divided by it
+     */
+    metreSigma: number | null;
+    /**
+     * m/s2, along the camera's axes, pointing down, by the accelerations; null while it is not known
+     */
+    gravity: Float64Array | null;
 };
 export type Features = {
     count: number;
@@ -122,11 +134,12 @@ export declare class Odometry {
      * The pose of the next image. Throws an Error for an image of another size and a time stamp that is not after the one before, which change nothing.
      * @param {Uint8Array | Uint8ClampedArray | ImageData} image width * height grey bytes, or an ImageData of that size
      * @param {number} timeSeconds of the exposure; ascends
-     * @param {Iterable<ArrayLike<number>>} [gyroscope] its samples, which ascend: time in seconds, and rad/s about the camera's x, y and z.
+     * @param {Iterable<ArrayLike<number>>} [samples] of a gyroscope, which ascend: time in seconds, and rad/s about the camera's x, y and z; those of an
+     *   IMU have three numbers more, its acceleration along these axes in m/s2, with gravity: at rest 9.81 away from the ground.
      *   Those that an earlier image had already are ignored. Best are all up to a quarter of a second after the image.
      * @returns {Estimate}
      */
-    process(image: Uint8Array | Uint8ClampedArray | ImageData, timeSeconds: number, gyroscope?: Iterable<ArrayLike<number>>): Estimate;
+    process(image: Uint8Array | Uint8ClampedArray | ImageData, timeSeconds: number, samples?: Iterable<ArrayLike<number>>): Estimate;
     /**
      * Key points of the last image, as the program extracts them: by these a service finds the camera without the image.
      * @param {number} [count] about how many

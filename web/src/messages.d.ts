@@ -67,7 +67,7 @@ export interface Motion {
   run: number; image: number; pose: WirePose; preliminary: boolean; agreeing: number; keyframes: number[][]; keyframe: boolean; depths: number[][];
 }
 export interface ImageHeader {
-  id: number; time: number; camera: Lens | "auto"; motion?: Motion | null; gravity?: Triple; angular_velocity?: number[][];
+  id: number; time: number; camera: Lens | "auto"; motion?: Motion | null; gravity?: Triple; angular_velocity?: number[][]; imu?: number[][]; cam_from_imu?: WirePose;
   features?: { count: number; lowest: number; levels: number; factor: number };
 }
 export interface Progress { type: "progress"; keyframes?: number; landmarks?: number; objects?: number; text: string }

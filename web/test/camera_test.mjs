@@ -463,6 +463,17 @@ test("a new map: recorded, finished, and then the map that one is in; a token th
   await page.waitForFunction(() => /walk around/.test(document.querySelector("#progress").textContent) && window.oaslam.session.progress.keyframes > 2);
   assert.ok(await page.locator("[data-action=place]").isHidden());
   await shoot(page, "camera_record");
+  // Upright and at rest, as Chromium tells it. The headers have what was measured with the images.
+  await page.evaluate(() => {
+    const event = { rotationRate: { alpha: 90, beta: 0, gamma: 0 }, accelerationIncludingGravity: { x: 0, y: 9.81, z: 0 } };
+    window.oaslam.shaken = setInterval(() => dispatchEvent(new DeviceMotionEvent("devicemotion", event)), 20);
+  });
+  await page.waitForFunction(() => window.oaslam.session.gyroscope.samples.length > 10);
+  await until(() => service.images.at(-1).imu?.length > 1);
+  const { imu, time, angular_velocity } = service.images.at(-1);
+  assert.ok(angular_velocity === undefined && imu.every(([at]) => Math.abs(at - time) < 2));
+  assert.deepEqual(imu[0].slice(1).map((x) => Math.round(100 * x) / 100 + 0), [1.57, 0, 0, 0, -9.81, 0]);
+  await page.evaluate(() => clearInterval(window.oaslam.shaken));
   await page.locator("[data-action=finish]").tap();
   const sent = service.images.length;
   assert.equal(await page.locator("#state").textContent(), "saving");

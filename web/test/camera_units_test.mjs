@@ -9,8 +9,8 @@ if (!(await import("three").catch(() => null))) {
 const { Quaternion, Vector3 } = await import("three");
 const { AnchorEdits } = await import("../src/anchor_edits.js");
 const { Link } = await import("../src/link.js");
-const { packImage } = await import("../src/device/framing.js");
-const { gravityOfMotion, gravityOfOrientation, toPicture } = await import("../src/camera/gravity.js");
+const { packImage, samplesHeader } = await import("../src/device/framing.js");
+const { forceOfMotion, gravityOfMotion, gravityOfOrientation, toPicture } = await import("../src/camera/gravity.js");
 const { Gyroscope } = await import("../src/camera/gyroscope.js");
 const { refusal } = await import("../src/camera/help.js");
 const { KnownCameras, sentSize } = await import("../src/camera/intrinsics.js");
@@ -78,6 +78,55 @@ test("how the device turns, about the picture's axes, in the last second", () =>
   // The picture of a device with its top to the left is turned: the device's x axis is up.
   near(gyroscope.read(false, 90)[0].slice(1), [-Math.PI / 2, 0, 0]);
   near(gyroscope.read(true, 0)[0].slice(1), [0, -Math.PI / 2, 0]);
+});
+
+test("what an accelerometer measures beside it, with the sign of each system", () => {
+  const still = { alpha: 0, beta: 0, gamma: 0 }, g = 9.81;
+  // At rest and upright, the force that holds the device points up: against the picture's y.
+  for (const [y, isWebKit] of [[g, false], [-g, true]]) {
+    const gyroscope = new Gyroscope();
+    gyroscope.take(1, still, forceOfMotion({ x: 1, y, z: 2 }, isWebKit));
+    gyroscope.take(1.01, still, forceOfMotion({ x: 1, y, z: 2 }, isWebKit));
+    const [x, z] = isWebKit ? [-1, -2] : [1, 2];
+    const [row, last] = gyroscope.read(false, 0);
+    near(row, [1, 0, 0, 0, x, -g, -z]);
+    near(last, [1.01, ...row.slice(1)]);
+    near(gyroscope.read(true, 0)[0].slice(4), [-x, -g, z]); // the camera beside the screen
+    near(gyroscope.read(false, 90)[0].slice(4), [-g, -x, -z]); // its top to the left
+    near(gyroscope.read(false, 0)[0].slice(4).map((a) => -a), toPicture(gravityOfMotion({ x: 1, y, z: 2 }, isWebKit), 0));
+    gyroscope.take(1.02, still); // an event without an acceleration
+    assert.deepEqual(gyroscope.read(false, 0).map(({ length }) => length), [4, 4, 4]);
+  }
+});
+
+test("the events of the motion sensors become samples", () => {
+  const heard = [];
+  const [was, wasNavigator] = [globalThis.addEventListener, Object.getOwnPropertyDescriptor(globalThis, "navigator")];
+  try {
+    globalThis.addEventListener = (type, listener) => heard.push([type, listener]);
+    Object.defineProperty(globalThis, "navigator", { value: { vendor: "Apple Computer, Inc." }, configurable: true });
+    const gyroscope = new Gyroscope();
+    gyroscope.start();
+    const [[type, listener]] = heard;
+    assert.equal(type, "devicemotion");
+    listener({ timeStamp: 2000, rotationRate: { alpha: 90, beta: 0, gamma: 0 }, accelerationIncludingGravity: { x: 0, y: -9.81, z: 0 } });
+    near(gyroscope.read(false, 0)[0], [2, Math.PI / 2, 0, 0, 0, -9.81, 0]);
+    listener({ timeStamp: 2010, rotationRate: { alpha: null }, accelerationIncludingGravity: { x: 0, y: -9.81, z: 0 } });
+    assert.equal(gyroscope.samples.length, 1); // a device without a gyroscope
+    listener({ timeStamp: 2020, rotationRate: { alpha: 0, beta: 0, gamma: 0 }, accelerationIncludingGravity: { x: null, y: null, z: null } });
+    assert.deepEqual(gyroscope.read(false, 0).map(({ length }) => length), [4, 4]);
+  } finally {
+    if (was) globalThis.addEventListener = was;
+    else delete globalThis.addEventListener;
+    if (wasNavigator) Object.defineProperty(globalThis, "navigator", wasNavigator);
+    else delete globalThis.navigator;
+  }
+});
+
+test("the service gets samples under the name that their rows have", () => {
+  assert.deepEqual(samplesHeader([]), {});
+  assert.deepEqual(samplesHeader([[1, 0, 0, 0]]), { angular_velocity: [[1, 0, 0, 0]] });
+  assert.deepEqual(samplesHeader([[1, 0, 0, 0, 0, -9.81, 0]]), { imu: [[1, 0, 0, 0, 0, -9.81, 0]] });
 });
 
 test("intrinsics of another size show the same rays, and are kept for the lens they are of", () => {
@@ -276,6 +325,9 @@ test("the state in words", () => {
   assert.match(describe({ link: "open", kind: "track", answer: { state: "lost" }, tracked: { pose: null, state: "blind" } }).text, /hold on to/);
   assert.match(describe({ link: "open", answer: { state: "lost" } }).text, /looking/);
   assert.equal(describe({ kind: "alone", tracked }).text, "without a map");
+  for (const session of [{ kind: "alone" }, { kind: "track", link: "open", answer: { state: "tracking" } }]) {
+    assert.match(describe({ ...session, tracked: { pose: {}, state: "inertial" } }).text, /sees too little/);
+  }
   assert.match(describe({ kind: "alone", tracked: { pose: {}, state: "preliminary" } }).text, /move sideways/);
   assert.deepEqual([0.41, 9.96, 12.3].map(ageInWords), ["place 0.4 s old", "place 10.0 s old", "place 12 s old"]);
 });

@@ -140,7 +140,13 @@ test("an image, a time or a sample that is refused changes nothing", async () =>
   refused(wall(2), NaN, [], "odometry: time stamp: must be finite");
   refused(wall(2), 2, [[0, 200, 0, 0]], "odometry: angular velocity: 200 rad/s, allowed: 0 to 100");
   refused(wall(2), 2, [[0, 0, 0, 0], [0, 0, 0, 0]], /is not after the one before/);
-  assert.equal(odometry.process(wall(2), 2, [[1, 0, 0, 0], [2, 0, 0, 0]]).image, 1);
+  refused(wall(2), 2, [[0, 200, 0, 0, 0, -9.8, 0]], "odometry: angular velocity: 200 rad/s, allowed: 0 to 100");
+  refused(wall(2), 2, [[0, 0, 0, 0, 0, 0, 0], [1, 0, 0, 0, 0, 9810, 0]], "odometry: acceleration: 9810 m/s^2, allowed: 0 to 1000");
+  refused(wall(2), 2, [[0, 0, 0, 0, NaN, 0, 0]], /^odometry: acceleration: nan/);
+  refused(wall(2), 2, [[0, 0, 0]], "odometry: sample 0: 3 numbers, expected 4 in each, or 7 in each");
+  refused(wall(2), 2, [[0, 0, 0, 0, 0, 0, 0], [1, 0, 0, 0]], "odometry: sample 1: 4 numbers, expected 4 in each, or 7 in each");
+  const told = odometry.process(wall(2), 2, [[1, 0, 0, 0], [2, 0, 0, 0]]);
+  assert.deepEqual([told.image, told.metresPerUnit, told.metreSigma, told.gravity], [1, null, null, null]);
   odometry.delete();
   odometry.delete();
   refused(wall(4), 3, [], "odometry: was deleted");

@@ -205,7 +205,7 @@ test("what the service is told of a motion", () => {
   assert.deepEqual(motion.keyframes.map(([image]) => image), [0, 10, 20]);
   near(motion.keyframes[1].slice(1), row(10, walk(10 / 30)).slice(1));
   assert.deepEqual(motion.depths.map((depth) => depth.length), [3, 3, 3]);
-  assert.equal(motionOf({ ...estimate, state: "uncertain" }), null);
+  for (const state of ["uncertain", "inertial"]) assert.equal(motionOf({ ...estimate, state }), null);
   assert.equal(motionOf({ ...estimate, state: "blind", camFromOdom: null }), null);
 });
 

@@ -63,6 +63,13 @@ void AddTrackingResult(py::module_& m) {
       .def_readonly(OASLAM_FIELD(GyroscopeCalibration, sigma_offset_s))
       .def_readonly(OASLAM_FIELD(GyroscopeCalibration, sigma))
       .def_readonly(OASLAM_FIELD(GyroscopeCalibration, state));
+  Value<ImuCalibration>(m, "ImuCalibration", doc::ImuCalibration)
+      .def_readonly(OASLAM_FIELD(ImuCalibration, gyroscope))
+      .def_readonly(OASLAM_FIELD(ImuCalibration, accelerometer))
+      .def_readonly(OASLAM_FIELD(ImuCalibration, acceleration_bias))
+      .def_readonly(OASLAM_FIELD(ImuCalibration, sigma_acceleration_bias))
+      .def_readonly(OASLAM_FIELD(ImuCalibration, sigma_metre))
+      .def_readonly(OASLAM_FIELD(ImuCalibration, problem));
   Value<ObjectPresence>(m, "ObjectPresence", doc::ObjectPresence)
       .def_readonly(OASLAM_FIELD(ObjectPresence, id))
       .def_readonly(OASLAM_FIELD(ObjectPresence, category_id))

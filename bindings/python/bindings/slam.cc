@@ -27,16 +27,43 @@ std::string WithImageDocs(const char* text, bool in_sequence) {
          line("detections", doc::ImageInput_detections) +
          (in_sequence ? line("detections_follow", doc::ImageInput_detections_follow) : "") +
          line("gravity_in_cam", doc::ImageInput_gravity_in_cam) +
-         (in_sequence ? line("angular_velocity", doc::ImageInput_angular_velocity) : "");
+         (in_sequence ? line("angular_velocity", doc::ImageInput_angular_velocity) +
+                            line("imu", (std::string(doc::ImageInput_imu) +
+                                         "\nRows of timestamp, wx, wy, wz, ax, ay, az.")
+                                            .c_str()) +
+                            line("depth", doc::ImageInput_depth) +
+                            line("depth_unit", doc::DepthImage_unit) +
+                            line("depth_camera", doc::DepthImage_camera) +
+                            line("cam_from_depth", doc::DepthImage_cam_from_depth)
+                      : "");
+}
+
+// A view of an array of two dimensions; throws TypeError.
+cv::Mat DepthView(const py::array& depth) {
+  const bool is_counts = py::isinstance<py::array_t<uint16_t>>(depth);
+  if ((!is_counts && !py::isinstance<py::array_t<float>>(depth)) || depth.ndim() != 2 ||
+      depth.strides(1) != depth.itemsize() || depth.strides(0) < depth.shape(1) * depth.itemsize())
+    throw py::type_error("depth: expected rows of uint16 or float32, contiguous");
+  return {static_cast<int>(depth.shape(0)), static_cast<int>(depth.shape(1)),
+          is_counts ? CV_16UC1 : CV_32FC1, const_cast<void*>(depth.data()),
+          static_cast<size_t>(depth.strides(0))};
 }
 
 TrackingResult Process(ExclusiveSlam& slam, const cv::Mat& image, double timestamp,
                        const Detections& detections, bool detections_follow,
                        const OptionalVector& gravity_in_cam,
-                       const std::vector<std::array<double, 4>>& angular_velocity) {
+                       const std::vector<std::array<double, 4>>& angular_velocity,
+                       const std::vector<std::array<double, 7>>& imu,
+                       const std::optional<py::array>& depth, double depth_unit,
+                       const OptionalCamera& depth_camera, const OptionalPose& cam_from_depth) {
   ImageInput input{image, timestamp, detections, detections_follow, gravity_in_cam, {}};
   for (const auto& [time, x, y, z] : angular_velocity)
     input.angular_velocity.push_back({time, {x, y, z}});
+  for (const auto& [time, wx, wy, wz, ax, ay, az] : imu)
+    input.imu.push_back({time, {wx, wy, wz}, {ax, ay, az}});
+  if (depth)
+    input.depth = DepthImage{
+        DepthView(*depth), depth_unit, depth_camera, cam_from_depth.value_or(Rigid3()), {}};
   return slam.Use([&](Slam& s) { return s.Process(input); });
 }
 
@@ -119,7 +146,9 @@ void AddTracking(SlamClass& slam) {
       .def("process", &Process, py::arg("image"), py::arg("timestamp"),
            py::arg("detections") = py::tuple(), py::kw_only(), py::arg("detections_follow") = false,
            py::arg("gravity_in_cam") = std::nullopt, py::arg("angular_velocity") = py::tuple(),
-           WithImageDocs(doc::Slam_Process, true).c_str())
+           py::arg("imu") = py::tuple(), py::arg("depth") = std::nullopt,
+           py::arg("depth_unit") = 0.001, py::arg("depth_camera") = std::nullopt,
+           py::arg("cam_from_depth") = std::nullopt, WithImageDocs(doc::Slam_Process, true).c_str())
       .def("add_detections", Method(&Slam::AddDetections), py::arg("frame"), py::arg("detections"),
            doc::Slam_AddDetections)
       .def("set_relocalization_mode", Method(&Slam::SetRelocalizationMode), py::arg("mode"),
@@ -183,7 +212,9 @@ void AddMapping(SlamClass& slam) {
       .def("trajectory", Method(&Slam::Trajectory), doc::Slam_Trajectory)
       .def("finish", Method(&Slam::Finish), doc::Slam_Finish)
       .def("whole_map", Method(&Slam::WholeMap), doc::Slam_WholeMap)
+      .def("set_imu", Method(&Slam::SetImu), py::arg("cam_from_imu"), doc::Slam_SetImu)
       .def("gyroscope", Method(&Slam::Gyroscope), doc::Slam_Gyroscope)
+      .def("imu", Method(&Slam::Imu), doc::Slam_Imu)
       .def(
           "save",
           [](ExclusiveSlam& self, const PathText& path) {

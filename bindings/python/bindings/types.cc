@@ -74,6 +74,12 @@ void AddTypes(py::module_& m) {
                        .value("CALIBRATED", GyroscopeState::kCalibrated)
                        .value("REFUSED", GyroscopeState::kRefused);
   SayAsWord(gyroscope);
+  auto accelerometer =
+      py::enum_<AccelerometerState>(m, "AccelerometerState", doc::AccelerometerState)
+          .value("UNKNOWN", AccelerometerState::kUnknown)
+          .value("CALIBRATED", AccelerometerState::kCalibrated)
+          .value("REFUSED", AccelerometerState::kRefused);
+  SayAsWord(accelerometer);
   auto evidence = py::enum_<PoseEvidence>(m, "PoseEvidence", doc::PoseEvidence)
                       .value("NONE", PoseEvidence::kNone)
                       .value("POINTS", PoseEvidence::kPoints)

@@ -96,6 +96,36 @@ def test_a_gyroscope(slam):
         slam.process(IMAGE, 0.7, angular_velocity=[(0, 1, 0)])
 
 
+def test_an_imu(slam):
+    slam.set_imu(numpy.eye(4))
+    slam.process(IMAGE, 0.5, imu=numpy.array([[0.5, 0, 1, 0, 0, -9.8, 0], [0.51, 0, 1, 0, 0, -9.8, 0]]))
+    slam.process(IMAGE, 0.6, imu=[(0.6, 0, 1, 0, 0, -9.8, 0)])
+    assert slam.imu().accelerometer == oaslam.AccelerometerState.UNKNOWN and slam.imu().problem == ""
+    assert slam.imu().gyroscope == slam.gyroscope() and slam.imu().sigma_metre == 0
+    with pytest.raises(oaslam.InputError, match="sample 0: acceleration: 5000 m/s.2, allowed: 0 to 1000"):
+        slam.process(IMAGE, 0.7, imu=[(0.7, 0, 1, 0, 0, 5000, 0)])
+    with pytest.raises(oaslam.InputError, match="imu and angular_velocity: give only one"):
+        slam.process(IMAGE, 0.7, imu=[(0.7, 0, 1, 0, 0, -9.8, 0)], angular_velocity=[(0.7, 0, 1, 0)])
+    with pytest.raises(TypeError):
+        slam.process(IMAGE, 0.7, imu=[(0.7, 0, 1, 0)])
+    with pytest.raises(oaslam.InputError, match="at most 10 m"):
+        far = numpy.eye(4)
+        far[0, 3] = 64
+        slam.set_imu(far)
+
+
+def test_a_depth(slam):
+    height, width = IMAGE.shape[:2]
+    slam.process(IMAGE, 0.5, depth=numpy.full((height // 2, width // 2), 2000, numpy.uint16))
+    slam.process(IMAGE, 0.6, depth=numpy.full((height, width), 2, numpy.float32))
+    with pytest.raises(oaslam.InputError, match="has another shape than the camera's"):
+        slam.process(IMAGE, 0.7, depth=numpy.zeros((height, height // 2), numpy.uint16))
+    with pytest.raises(oaslam.InputError, match="depth: unit 5 m, allowed: above 0 to 1"):
+        slam.process(IMAGE, 0.7, depth=numpy.zeros((height, width), numpy.uint16), depth_unit=5)
+    with pytest.raises(TypeError, match="uint16 or float32"):
+        slam.process(IMAGE, 0.7, depth=numpy.zeros((height, width)))
+
+
 def test_input_errors(slam, tmp_path):
     assert issubclass(oaslam.InputError, ValueError) and issubclass(oaslam.MappingError, RuntimeError)
     slam.process(IMAGE, 1)

@@ -32,7 +32,10 @@ class Image(ctypes.Structure):
                 ("bytes_per_row", ctypes.c_size_t), ("timestamp", ctypes.c_double), ("detections", ctypes.POINTER(Detection)),
                 ("detection_count", ctypes.c_size_t), ("gravity_in_cam", ctypes.POINTER(ctypes.c_double)),
                 ("detections_follow", ctypes.c_int32), ("angular_velocity", ctypes.c_void_p), ("angular_velocity_count", ctypes.c_size_t),
-                ("motion", ctypes.c_void_p), ("features", ctypes.c_void_p)]
+                ("motion", ctypes.c_void_p), ("features", ctypes.c_void_p), ("imu", ctypes.c_void_p), ("imu_count", ctypes.c_size_t),
+                ("depth", ctypes.c_void_p), *((name, ctypes.c_int32) for name in ("depth_is_float", "depth_width", "depth_height")),
+                ("depth_bytes_per_row", ctypes.c_size_t), ("depth_unit", ctypes.c_double), ("depth_camera", ctypes.c_void_p),
+                ("cam_from_depth", ctypes.c_void_p)]
 
 
 class PosesOfResult(ctypes.Structure):

@@ -71,7 +71,7 @@ def values(desk, desk_map, tmp_path_factory):
     made = [config, config.features, config.tracking, config.mapping, config.bundle, config.objects, config.relocalization, config.runner,
             desk.camera, estimator.estimate(), found, found.candidates[0], read, read.relations, detection, detection.box, detection.other_labels[0],
             images, oaslam.DetectionTable([images]), detector.take()[0], things[0], things[0].ellipsoid, keyframe, landmark, slam.anchors()[0], report,
-            place.estimate_scale(), hits[0], result, elsewhere, stamped, oaslam.ScoredPose(stamped, 0.5), slam.gyroscope(), slam.states().events_after(0)[0],
+            place.estimate_scale(), hits[0], result, elsewhere, stamped, oaslam.ScoredPose(stamped, 0.5), slam.gyroscope(), slam.imu(), slam.states().events_after(0)[0],
             oaslam.list_images(folder / "list.txt")[1], desk.images[7], slam.presence()[0], keyframe.id, landmark.id, things[0].id, place.world]
     return {type(value): value for value in made}
 

@@ -37,6 +37,7 @@ def type_in(text):
     """The type of an argument: sequences and arrays of any kind are taken."""
     text = text.replace("numpy.ndarray[numpy.uint8]", "numpy.typing.NDArray[numpy.uint8]")
     text = re.sub(r"numpy\.ndarray\[numpy\.float64(\[[^\]]*\])?\]", "numpy.typing.ArrayLike", text)
+    text = re.sub(r"numpy\.ndarray(?!\[)", "numpy.typing.NDArray[numpy.generic]", text)
     text = re.sub(r"\bList\[", "Sequence[", text)
     text = re.sub(r"Annotated\[Sequence\[(\w+)\], FixedSize\(\d+\)\]|Sequence\[(\w+)\[\d+\]\]", r"Sequence[\1\2]", text)
     text = text.replace("os.PathLike", "Union[str, os.PathLike[str]]")

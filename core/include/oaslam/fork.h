@@ -32,10 +32,12 @@ class ProcessBound {
 
   // Whether this is the process in which it was made.
   bool IsHere() const { return object_.get_deleter().forks == ForksBefore(); }
+  // The object; throws ForkError in another process.
   T* operator->() const {
     if (!IsHere()) throw ForkError();
     return object_.get();
   }
+  // As above.
   T& operator*() const { return *operator->(); }
 
  private:

@@ -21,6 +21,7 @@
 #include "oaslam/config_file.h"
 #include "oaslam/slam.h"
 #include "oaslam/image_input.h"
+#include "oaslam/imu.h"
 #include "oaslam/angular_velocity.h"
 #include "oaslam/motion_input.h"
 #include "oaslam/image_features.h"

@@ -109,6 +109,13 @@ typedef struct {
   double in_cam[3]; /* rad/s */
 } oaslam_angular_velocity;
 
+/* A sample of an IMU, along its own axes: oaslam::ImuSample. */
+typedef struct {
+  double timestamp;
+  double angular_velocity[3]; /* rad/s */
+  double acceleration[3];     /* m/s^2; at rest 9.81 away from the ground */
+} oaslam_imu_sample;
+
 typedef struct {
   double pixel[2];
   double inverse_depth;
@@ -159,6 +166,16 @@ typedef struct {
   size_t angular_velocity_count;
   const oaslam_motion* motion;     /* NULL: Slam's own odometry estimates it from the images */
   const oaslam_features* features; /* of an image without pixels; or NULL */
+  const oaslam_imu_sample* imu;    /* instead of angular_velocity */
+  size_t imu_count;
+  /* The depth camera: oaslam::DepthImage. */
+  const void* depth;      /* rows of uint16_t, or of float in metres; NULL: none */
+  int32_t depth_is_float; /* whether it is float */
+  int32_t depth_width, depth_height;
+  size_t depth_bytes_per_row;
+  double depth_unit;                 /* metres of a count; 0: 0.001 */
+  const oaslam_camera* depth_camera; /* NULL: registered to the image */
+  const oaslam_pose* cam_from_depth; /* of a depth camera that is not registered; NULL: none */
 } oaslam_image;
 
 /* --- Tracking and mapping -------------------------------------------------------------------- */
@@ -230,6 +247,23 @@ OASLAM_API oaslam_status oaslam_slam_force_relocalization(oaslam_slam* slam,
  * images. */
 OASLAM_API oaslam_status oaslam_slam_set_mask(oaslam_slam* slam, const uint8_t* pixels,
                                               int32_t width, int32_t height, size_t bytes_per_row);
+/* How the IMU lies to the camera (Kalibr's T_cam_imu, metres); unless it is set, as the camera. */
+OASLAM_API oaslam_status oaslam_slam_set_imu(oaslam_slam* slam, const oaslam_pose* cam_from_imu);
+typedef enum {
+  OASLAM_SENSOR_UNKNOWN = 0,
+  OASLAM_SENSOR_CALIBRATED = 1,
+  OASLAM_SENSOR_REFUSED = 2
+} oaslam_sensor_state;
+/* What the images have revealed about the IMU: oaslam::ImuCalibration. */
+typedef struct {
+  oaslam_sensor_state gyroscope, accelerometer;
+  double gyroscope_bias[3], sigma_gyroscope_bias;       /* rad/s, to be subtracted, camera's axes */
+  double offset_s, sigma_offset_s;                      /* of the clock, to be subtracted */
+  double acceleration_bias[3], sigma_acceleration_bias; /* m/s^2, as that of the gyroscope */
+  double sigma_metre; /* of the metre by the IMU, divided by it; 0: not known */
+  char problem[256];  /* what is wrong with the IMU, cut to fit; empty: nothing */
+} oaslam_imu_calibration;
+OASLAM_API oaslam_status oaslam_slam_imu(const oaslam_slam* slam, oaslam_imu_calibration* imu);
 typedef struct {
   int32_t category_id;
   const char* name;

@@ -38,6 +38,13 @@ struct ObjectPresence {
   bool is_missing = false;
 };
 
+// A world that had the same frame as the present one, and a unit that was `scale` times as long as
+// that of the present one.
+struct FormerWorld {
+  WorldId world;
+  double scale = 1;
+};
+
 // A key point of an image, and the landmark that it was matched with.
 struct TrackedPoint {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // in the image as it was given
@@ -178,6 +185,10 @@ class OASLAM_API Slam {
   // where the estimate has failed or rests on no object.
   void SetMetresPerUnit(const ScaleEstimate& estimate);
 
+  // The worlds that became the present one (Snapshot().world()) by a change of the unit alone: by
+  // SetMetresPerUnit, or by a sensor that told the length of a metre.
+  std::vector<FormerWorld> FormerWorlds() const;
+
   // What the ray of a pixel of the newest image meets (MapSnapshot::Cast); nothing where that image
   // has no pose. Throws InputError for a pixel that is not in the image.
   std::vector<RayHit> Cast(const Eigen::Vector2d& pixel) const;
@@ -226,8 +237,15 @@ class OASLAM_API Slam {
   // kept.
   std::vector<StampedPose> Trajectory() const;
 
+  // Sets how the IMU lies to the camera: Kalibr's T_cam_imu, translation in metres. Without it, the
+  // axes of the IMU are those of the camera, and its place is the camera's. What was learned of an
+  // IMU is forgotten, and the odometry begins anew. Throws InputError for a motion that is not
+  // valid or longer than 10 m.
+  void SetImu(const Rigid3& cam_from_imu);
   // What is known of the gyroscope whose samples came with the images.
   GyroscopeCalibration Gyroscope() const;
+  // What is known of the IMU whose samples came with the images.
+  ImuCalibration Imu() const;
 
   // Waits until everything seen is in the map, and optimises it a last time on the caller's thread,
   // which takes seconds for a room and minutes for a building. Process may be called again

@@ -188,7 +188,8 @@ class BundleProblem {
       motions_.push_back({from->by,
                           id,
                           {0, 0, keyframe.motion->cam_from_cam * from->cam_from_carrier,
-                           keyframe.motion->sigma_position, keyframe.motion->sigma_rotation}});
+                           keyframe.motion->sigma_position, keyframe.motion->sigma_rotation,
+                           keyframe.motion->is_metric}});
     }
   }
 
@@ -223,7 +224,7 @@ class BundleProblem {
         if (pose >= 0) blocks.push_back(poses_[pose].data());
       problem_->AddResidualBlock(
           &motion_costs_.emplace_back(moved.measured, fixed(moved.from, from), fixed(moved.to, to)),
-          &motion_loss_, blocks);
+          moved.measured.is_sure ? nullptr : &motion_loss_, blocks);
     }
   }
 

@@ -14,11 +14,18 @@ struct MotionMeasurement {
   int from = 0, to = 0;  // poses
   Rigid3 to_from_from;
   double sigma_position = 1, sigma_rotation = 1;
+  bool is_sure = false;  // its loss is not robust
+
+  // Of LossOf; 0: not robust.
+  double huber_chi2() const;
 };
 
 // The squared error from which on the loss of a motion is linear: the 95 % quantile of chi^2 of six
-// degrees of freedom. The loss is robust since odometry can be in a wrong minimum.
+// degrees of freedom. The loss is robust since odometry can be in a wrong minimum,
+// unless an IMU or a depth camera holds it.
 inline constexpr double kChi2SixDof = 12.59;
+
+inline double MotionMeasurement::huber_chi2() const { return is_sure ? 0 : kChi2SixDof; }
 
 // The difference between the poses' motion and the measured one, in sigmas.
 PoseVector MotionError(const MotionMeasurement& measured, const Rigid3& from, const Rigid3& to);

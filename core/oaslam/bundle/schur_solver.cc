@@ -52,9 +52,9 @@ class ReprojectionProblem {
                   .cost;
     }
     for (const MotionMeasurement& m : motions_)
-      cost +=
-          LossOf(MotionError(m, state.poses[m.from], state.poses[m.to]).squaredNorm(), kChi2SixDof)
-              .cost;
+      cost += LossOf(MotionError(m, state.poses[m.from], state.poses[m.to]).squaredNorm(),
+                     m.huber_chi2())
+                  .cost;
     return cost;
   }
 
@@ -103,7 +103,7 @@ class ReprojectionProblem {
  private:
   void AddMotion(const MotionMeasurement& m, const CamerasAndPoints& state) {
     const PoseVector error = MotionError(m, state.poses[m.from], state.poses[m.to]);
-    const double weight = LossOf(error.squaredNorm(), kChi2SixDof).weight;
+    const double weight = LossOf(error.squaredNorm(), m.huber_chi2()).weight;
     const MotionDerivatives by = DerivativesOf(m);
     const bool from_is_free = m.from < free_poses_, to_is_free = m.to < free_poses_;
     if (from_is_free) {

@@ -118,6 +118,14 @@ oaslam_status oaslam_slam_set_mask(oaslam_slam* slam, const uint8_t* pixels, int
       slam);
 }
 
+oaslam_status oaslam_slam_set_imu(oaslam_slam* slam, const oaslam_pose* cam_from_imu) {
+  return Call([&] { slam->slam.SetImu(*PoseOf(cam_from_imu)); }, slam, cam_from_imu);
+}
+
+oaslam_status oaslam_slam_imu(const oaslam_slam* slam, oaslam_imu_calibration* imu) {
+  return Call([&] { *imu = CalibrationOf(slam->slam.Imu()); }, slam, imu);
+}
+
 oaslam_status oaslam_slam_set_class_names(oaslam_slam* slam, const oaslam_class_name* names,
                                           size_t count) {
   return Call(

@@ -62,6 +62,20 @@ ImageFeatures FeaturesOf(const oaslam_features& f) {
   return features;
 }
 
+DepthImage DepthOf(const oaslam_image& image) {
+  DepthImage depth;
+  const size_t bytes = image.depth_is_float ? sizeof(float) : sizeof(uint16_t);
+  if (image.depth_width <= 0 || image.depth_height <= 0 ||
+      image.depth_bytes_per_row < static_cast<size_t>(image.depth_width) * bytes)
+    throw InputError("depth: width and height must be above 0, and bytes_per_row hold a row");
+  depth.image = {image.depth_height, image.depth_width, image.depth_is_float ? CV_32FC1 : CV_16UC1,
+                 const_cast<void*>(image.depth), image.depth_bytes_per_row};
+  if (image.depth_unit != 0) depth.unit = image.depth_unit;
+  if (image.depth_camera) depth.camera = CameraOf(*image.depth_camera);
+  depth.cam_from_depth = PoseOf(image.cam_from_depth).value_or(Rigid3());
+  return depth;
+}
+
 }  // namespace
 
 const std::string& ErrorOfThread() noexcept { return Error(); }
@@ -142,9 +156,28 @@ ImageInput InputOf(const oaslam_image& image) {
                                 [](const oaslam_angular_velocity& v) -> AngularVelocity {
                                   return {v.timestamp, PointOf(v.in_cam)};
                                 });
+  input.imu =
+      VectorOf<ImuSample>(image.imu, image.imu_count, [](const oaslam_imu_sample& s) -> ImuSample {
+        return {s.timestamp, PointOf(s.angular_velocity), PointOf(s.acceleration)};
+      });
   if (image.motion) input.motion = MotionOf(*image.motion);
   if (image.features) input.features = FeaturesOf(*image.features);
+  if (image.depth) input.depth = DepthOf(image);
   return input;
+}
+
+oaslam_imu_calibration CalibrationOf(const ImuCalibration& imu) {
+  oaslam_imu_calibration c{};
+  c.gyroscope = static_cast<oaslam_sensor_state>(imu.gyroscope.state);
+  c.accelerometer = static_cast<oaslam_sensor_state>(imu.accelerometer);
+  Copy(imu.gyroscope.bias, c.gyroscope_bias);
+  c.sigma_gyroscope_bias = imu.gyroscope.sigma_bias;
+  c.offset_s = imu.gyroscope.offset_s, c.sigma_offset_s = imu.gyroscope.sigma_offset_s;
+  Copy(imu.acceleration_bias, c.acceleration_bias);
+  c.sigma_acceleration_bias = imu.sigma_acceleration_bias;
+  c.sigma_metre = imu.sigma_metre;
+  imu.problem.copy(c.problem, sizeof(c.problem) - 1);
+  return c;
 }
 
 oaslam_result ResultOf(const TrackingResult& r) {

@@ -80,6 +80,7 @@ cv::Mat PixelsOf(const uint8_t* pixels, int32_t width, int32_t height, int32_t c
                  size_t bytes_per_row);
 Detection DetectionOf(const oaslam_detection& detection);
 ImageInput InputOf(const oaslam_image& image);
+oaslam_imu_calibration CalibrationOf(const ImuCalibration& imu);
 oaslam_result ResultOf(const TrackingResult& result);
 RelocalizeOptions OptionsOf(const oaslam_relocalize_options* options);  // NULL: the defaults
 oaslam_relocalization RelocalizationOf(const RelocalizationResult& result);

@@ -73,6 +73,28 @@ Eigen::Vector3d NearestPoint(std::span<const Ray> rays) {
   return point;
 }
 
+// A sphere that fills the boxes and has its surface where it was measured.
+std::optional<Ellipsoid> SphereBySurfaces(std::span<const BoxView> views) {
+  constexpr int kLeast = 3;
+  constexpr double kWidest = 1;  // half a box, times its distance
+  int count = 0;
+  Ellipsoid sphere{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  for (const BoxView& view : views) {
+    const double half =
+        (view.box.Width() / view.camera->fx + view.box.Height() / view.camera->fy) / 4;
+    if (!(view.surface > 0) || view.truncated || !(half < kWidest)) continue;
+    const double z = view.surface / (1 - kFrontOfCenter * half);
+    sphere.center +=
+        view.cam_from_world.Inverse() * (z * RayOf(*view.camera, CenterPixel(view.box))).eval();
+    sphere.half_axes.array() += z * half;
+    ++count;
+  }
+  if (count < kLeast) return std::nullopt;
+  sphere.center /= count;
+  sphere.half_axes /= count;
+  return sphere;
+}
+
 // The boxes of an object, for MinimizeLevenbergMarquardt.
 struct BoxProblem {
   std::span<const BoxView> views;
@@ -116,7 +138,11 @@ SphereEstimate EstimateSphere(std::span<const BoxView> all_views, double min_par
   if (views.size() < 2) return result;
   const std::vector<Ray> rays = CenterRays(views);
   result.parallax_deg = LargestAngleDeg(rays);
-  if (result.parallax_deg < min_parallax_deg) return result;
+  if (result.parallax_deg < min_parallax_deg) {
+    const std::optional<Ellipsoid> by_surfaces = SphereBySurfaces(views);
+    if (by_surfaces) result = {true, *by_surfaces, result.parallax_deg};
+    return result;
+  }
   result.sphere.center = NearestPoint(rays);
   double radius = 0;
   for (const BoxView& view : views) {
@@ -221,6 +247,12 @@ ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const B
           view.weight * j * j.transpose() / (kCorrelatedViews * kEdgeVariance * unit * unit);
     }
   }
+  for (const BoxView& view : views)
+    if (const auto surface = SurfaceResidualOf(view, ellipsoid)) {
+      const Eigen::Matrix<double, 7, 1> j = surface->by_shape.head<7>();
+      information.noalias() += view.weight * view.surface_weight * j * j.transpose() /
+                               (kCorrelatedViews * kEdgeVariance);
+    }
   const Eigen::Matrix<double, 4, 3> prior = ShapePriorRows(kPriorWeightPx / kNoisePx, true);
   information.block<3, 3>(3, 3) += prior.transpose() * prior;
   // A weak prior for what no view observes: the centre to about the object's size, the rotation to

@@ -21,6 +21,10 @@ struct BoxView {
   // The number of views it counts for; 1 in a video of 30 Hz, where the errors of neighbouring
   // views are correlated.
   double weight = 1;
+  // The z of the surface that it shows, where a depth camera measured it; 0: not known. Edges are
+  // fitted with it, not Wasserstein distances.
+  double surface = 0;
+  double surface_weight = 1;  // besides `weight`
 };
 
 struct SphereEstimate {
@@ -31,7 +35,8 @@ struct SphereEstimate {
 
 // Estimates the first model of an object (paper, section "Initial Object Reconstruction"): the
 // point nearest to all rays through the box centres, with the mean back-projected size of the
-// boxes. Fails below the parallax, or when the point is behind a camera.
+// boxes. Below the parallax, by the surfaces that three or more views show; fails without these,
+// and when the point is behind a camera.
 SphereEstimate EstimateSphere(std::span<const BoxView> views, double min_parallax_deg);
 
 enum class EllipsoidResidual {

@@ -57,6 +57,57 @@ TEST(EllipsoidFit, SphereIsNearTheObject) {
   EXPECT_FALSE(EstimateSphere(std::span(views).first(2), 10).success);  // too little parallax
 }
 
+// Five views within two degrees, of which a depth camera measures the surface.
+TEST(EllipsoidFit, MeasuredSurfacesTellThePlaceWithoutParallax) {
+  Rng rng(5);
+  const auto all = ViewsOf(TrueObject(), 200, 1, rng);
+  std::vector<BoxView> views(all.begin(), all.begin() + 5);
+  ASSERT_FALSE(EstimateSphere(views, 10).success);
+  for (BoxView& view : views) {
+    const Eigen::Vector3d along = view.cam_from_world.rotation.toRotationMatrix().row(2),
+                          on_axes = TrueObject().rotation.conjugate() * along;
+    view.surface = (view.cam_from_world * TrueObject().center).z() -
+                   .7 * on_axes.cwiseProduct(TrueObject().half_axes).norm() + rng.Gaussian(.01);
+  }
+  const SphereEstimate sphere = EstimateSphere(views, 10);
+  ASSERT_TRUE(sphere.success);
+  EXPECT_LT((sphere.sphere.center - TrueObject().center).norm(), .06);
+  const EllipsoidFit fit = FitFromSphere(views, sphere.sphere, {.up = kUp});
+  ASSERT_TRUE(fit.success);
+  EXPECT_LT((fit.ellipsoid.center - TrueObject().center).norm(), .04);
+  EXPECT_GT(MeasureOverlap(fit.ellipsoid, views, .3).mean_iou, .85);
+  const double sigma =
+      std::sqrt(EstimateCovariance(fit.ellipsoid, views).topLeftCorner<3, 3>().trace());
+  for (BoxView& view : views) view.surface = 0;
+  EXPECT_LT(sigma,
+            .8 * std::sqrt(EstimateCovariance(fit.ellipsoid, views).topLeftCorner<3, 3>().trace()));
+  EXPECT_FALSE(EstimateSphere(std::span(views).first(2), 10).success);
+}
+
+TEST(EllipsoidFit, TheDerivativesOfASurfaceAreRight) {
+  Rng rng(6);
+  BoxView view = ViewsOf(TrueObject(), 1, 0, rng).front();
+  view.surface = 1.2;
+  const SurfaceResidual at = *SurfaceResidualOf(view, TrueObject());
+  constexpr double kStep = 1e-5;
+  for (int i = 0; i < 6; ++i) {
+    Ellipsoid moved = TrueObject();
+    if (i < 3)
+      moved.center[i] += kStep;
+    else
+      moved.half_axes[i - 3] *= std::exp(kStep);
+    const auto z_front = [&](const Ellipsoid& e) {
+      const Eigen::Vector3d along = view.cam_from_world.rotation.toRotationMatrix().row(2);
+      const Eigen::Vector3d on_axes = e.rotation.conjugate() * along;
+      return (view.cam_from_world * e.center).z() - .7 * on_axes.cwiseProduct(e.half_axes).norm();
+    };
+    const double scale =
+        at.value / (z_front(TrueObject()) - view.surface);  // the weight is taken to be constant
+    EXPECT_NEAR(at.by_shape[i], scale * (z_front(moved) - z_front(TrueObject())) / kStep,
+                1e-3 * std::abs(scale));
+  }
+}
+
 TEST(EllipsoidFit, RecoversTheTruthFromCleanBoxes) {
   Rng rng(2);
   const auto views = ViewsOf(TrueObject(), 40, 0, rng);

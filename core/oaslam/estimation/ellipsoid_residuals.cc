@@ -70,6 +70,12 @@ void Accumulate(const BoxView& view, const EllipsoidView& seen, EllipsoidResidua
   }
 }
 
+std::optional<SurfaceResidual> SurfaceOf(const BoxView& view, const Ellipsoid& ellipsoid,
+                                         const EllipsoidFitOptions& options) {
+  if (options.residual != EllipsoidResidual::kEdges) return std::nullopt;
+  return SurfaceResidualOf(view, ellipsoid);
+}
+
 }  // namespace
 
 Eigen::Vector4d EdgeResidual(const Box& predicted, const Box& detected, unsigned char truncated) {
@@ -121,12 +127,38 @@ Eigen::Matrix<double, 4, 3> ShapePriorRows(double weight_px, bool horizontal_pai
   return weight_px * rows;
 }
 
+std::optional<SurfaceResidual> SurfaceResidualOf(const BoxView& view, const Ellipsoid& ellipsoid) {
+  // Things are no ellipsoids: the surface is off by so much of the half axis along the view, and
+  // the depth camera by a share of the depth. In detector pixels, that of a box's edge.
+  constexpr double kOfAxis = 0.35, kOfDepth = 0.02, kEdgePx = 4;
+  if (!(view.surface > 0) || view.truncated) return std::nullopt;
+  const Eigen::Vector3d along = view.cam_from_world.rotation.toRotationMatrix().row(2);
+  const Eigen::Vector3d on_axes = ellipsoid.rotation.conjugate() * along,
+                        squares = (on_axes.cwiseProduct(ellipsoid.half_axes)).cwiseAbs2();
+  const double half_axis = std::sqrt(squares.sum());
+  const double scale = kEdgePx / (kOfAxis * half_axis + kOfDepth * view.surface);
+  SurfaceResidual residual;
+  residual.value = scale * ((view.cam_from_world * ellipsoid.center).z() -
+                            kFrontOfCenter * half_axis - view.surface);
+  // By a rotation it changes little.
+  residual.by_shape.head<3>() = scale * along;
+  residual.by_shape.segment<3>(3) = -scale * kFrontOfCenter / half_axis * squares;
+  return residual;
+}
+
 EllipsoidEquations Linearize(std::span<const BoxView> views, const Ellipsoid& ellipsoid,
                              const EllipsoidFitOptions& options) {
   EllipsoidEquations normal;
   for (const BoxView& view : views) {
     if (const auto seen = ViewEllipsoid(ellipsoid, view.cam_from_world)) {
       Accumulate(view, *seen, options.residual, normal);
+      if (const auto surface = SurfaceOf(view, ellipsoid, options)) {
+        const Loss loss = HuberLoss(surface->value * surface->value);
+        const double of_view = view.weight * view.surface_weight, weight = of_view * loss.weight;
+        normal.cost += of_view * loss.cost;
+        normal.hessian.noalias() += weight * surface->by_shape * surface->by_shape.transpose();
+        normal.gradient.noalias() += weight * surface->value * surface->by_shape;
+      }
       ++normal.in_front;
     } else {
       normal.cost += view.weight * LossOf(options.residual, kBehindPx * kBehindPx).cost;
@@ -154,6 +186,8 @@ double EvaluateCost(std::span<const BoxView> views, const Ellipsoid& ellipsoid,
       squared = ScaleOf(view) * SquaredWasserstein(InscribedEllipse(view.box),
                                                    OutlineEllipse(seen->outline, *view.camera));
     cost += view.weight * LossOf(options.residual, squared).cost;
+    if (const auto surface = seen ? SurfaceOf(view, ellipsoid, options) : std::nullopt)
+      cost += view.weight * view.surface_weight * HuberLoss(surface->value * surface->value).cost;
   }
   return cost;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 
 #include "oaslam/estimation/ellipsoid_fit.h"
@@ -29,6 +30,17 @@ struct WassersteinResidual {
   Eigen::Matrix<double, 6, 5> by_moments;
 };
 WassersteinResidual ComputeWasserstein(const Ellipse& detected, const Ellipse& projected);
+
+// How much the surface of an ellipsoid is nearer than its centre, in half axes along the view: the
+// median of a sphere.
+constexpr double kFrontOfCenter = 0.7;
+// The depth of the ellipsoid's surface minus the one that was measured, weighed as detector pixels;
+// nothing where none was measured, or the box is cut.
+struct SurfaceResidual {
+  double value = 0;
+  ShapeVector by_shape = ShapeVector::Zero();
+};
+std::optional<SurfaceResidual> SurfaceResidualOf(const BoxView& view, const Ellipsoid& ellipsoid);
 
 EllipsoidEquations Linearize(std::span<const BoxView> views, const Ellipsoid& ellipsoid,
                              const EllipsoidFitOptions& options);

@@ -45,7 +45,7 @@ Camera ReadKalibrKind(const CameraReader& reader) {
   reader.CheckKeys(
       "camera_model intrinsics distortion_model distortion_coeffs distortion_coefficients "
       "resolution rostopic cam_overlaps T_cn_cnm1 T_cam_imu timeshift_cam_imu sensor_type comment "
-      "T_BS rate_hz");
+      "T_BS rate_hz T_cam_depth");
   const std::string name =
       reader.Find({"camera_model"}) ? Lower(reader.Text({"camera_model"})) : "pinhole";
   const auto* model = std::ranges::find(kKalibrModels, name, &KalibrModel::name);

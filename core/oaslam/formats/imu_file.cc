@@ -1,100 +1,117 @@
 #include "oaslam/formats/imu_file.h"
 
-#include <utility>
+#include <fmt/format.h>
 
-#include "oaslam/formats/pose_values.h"
-#include "oaslam/formats/table_file.h"
-#include "oaslam/formats/text.h"
-#include "oaslam/formats/yaml.h"
+#include <algorithm>
+#include <filesystem>
+#include <initializer_list>
+
+#include "oaslam/formats/imu_mending.h"
+#include "oaslam/formats/imu_table.h"
 #include "oaslam/geometry/angular_velocity_check.h"
 #include "oaslam/util/bad_input.h"
-#include "oaslam/util/median.h"
 
 namespace oaslam {
 namespace {
 
-// A rigid motion of four rows, as a list, a list of lists, or OpenCV's "data".
-Rigid3 MotionOfMatrix(const YAML::Node& node, const std::string& path, const std::string& key) {
-  std::vector<double> values;
-  if (node.IsSequence() && node.size() == 4 && node[0].IsSequence())
-    for (const YAML::Node& row : node)
-      for (const double x : YamlNumbers(row, path, key)) values.push_back(x);
-  else
-    values = node.IsMap() ? YamlNumbers(node["data"], path, key + ".data")
-                          : YamlNumbers(node, path, key);
-  if (values.size() != 16)
-    throw BadInput("{}: {}: {} values, expected 16", path, key, values.size());
-  constexpr double kRounded = 1e-3;  // by who wrote the file
-  const std::optional<Rigid3> motion = PoseOfRows(values, kRounded);
-  if (!motion)
-    throw BadInput("{}: {}: its first three rows and columns are no rotation", path, key);
-  return *motion;
+namespace fs = std::filesystem;
+
+struct ImuFiles {
+  std::string gyroscope, accelerometer;  // the second is empty where one file has both
+};
+
+std::string FirstIn(const fs::path& folder, std::initializer_list<const char*> names) {
+  std::error_code error;
+  for (const char* name : names)
+    if (fs::is_regular_file(folder / name, error)) return (folder / name).string();
+  return "";
 }
 
-// Time stamps in another unit than nanoseconds are wrong by a factor of a thousand or more, which
-// no gyroscope's rate explains. `line`: of the first sample.
-void CheckSpacing(const std::vector<AngularVelocity>& samples, const std::string& path,
-                  size_t line) {
-  constexpr double kLeast = 1e-4, kMost = 0.1;  // s
-  std::vector<double> spacings;
-  for (size_t i = 1; i < samples.size(); ++i)
-    spacings.push_back(samples[i].timestamp - samples[i - 1].timestamp);
-  if (spacings.empty()) return;
-  const double median = Median(std::move(spacings));
-  if (median < kLeast || median > kMost)
+ImuFiles FilesOf(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_directory(path, error)) {
+    const size_t comma = path.find(',');
+    if (comma == std::string::npos || fs::exists(path, error)) return {path, ""};
+    return {path.substr(0, comma), path.substr(comma + 1)};
+  }
+  const std::string both =
+      FirstIn(path, {"gyro_accel.csv", "imu.csv", "imu0.csv", "imu0/data.csv", "data.csv"});
+  if (!both.empty()) return {both, ""};
+  const std::string gyroscope = FirstIn(path, {"Gyroscope.csv", "GyroscopeUncalibrated.csv",
+                                               "gyroscope.csv", "Gyro.csv", "gyro.csv"});
+  if (gyroscope.empty())
     throw BadInput(
-        "{}:{}: time stamps from here on: median spacing {:.3g} s, allowed: {} to {} s; the first "
-        "column is in ns",
-        path, line, median, kLeast, kMost);
+        "{}: a folder without an IMU, expected gyro_accel.csv, imu.csv, imu0.csv, data.csv, or "
+        "Gyroscope.csv beside TotalAcceleration.csv; give its file",
+        path);
+  // Sensor Logger's Accelerometer.csv is without gravity, others' are with it.
+  return {gyroscope,
+          FirstIn(path, {"TotalAcceleration.csv", "AccelerometerUncalibrated.csv",
+                         "Accelerometer.csv", "accelerometer.csv", "Accel.csv", "accel.csv"})};
+}
+
+void CheckRates(const SensorSeries& gyroscope, const std::string& path) {
+  for (size_t i = 0; i < gyroscope.times.size(); ++i)
+    if (const std::string problem = ProblemOf({gyroscope.times[i], gyroscope.values[i]}, nullptr);
+        !problem.empty())
+      throw BadInput("{}:{}: {}", path, gyroscope.lines[i], problem);
+}
+
+void CheckAccelerations(const SensorSeries& accelerometer, const std::string& path) {
+  constexpr double kMost = 1000;  // m/s^2; the range of phones is 160
+  for (size_t i = 0; i < accelerometer.times.size(); ++i)
+    if (const double length = accelerometer.values[i].norm(); !(length <= kMost))
+      throw BadInput("{}:{}: acceleration: {:.6g} m/s^2, allowed: 0 to {}", path,
+                     accelerometer.lines[i], length, kMost);
 }
 
 }  // namespace
 
-std::optional<Eigen::Quaterniond> LoadCameraFromImu(const std::string& camera) {
-  if (camera.starts_with("fov:")) return std::nullopt;
-  const std::string text = ReadTextFile(camera);
-  if (text.find("T_BS") == std::string::npos && text.find("T_cam_imu") == std::string::npos)
-    return std::nullopt;  // a kind of file that cannot have them may be no YAML
-  const YAML::Node root = ParseYamlMapping(text, camera);
-  if (const YAML::Node node = root["T_BS"])
-    return MotionOfMatrix(node, camera, "T_BS").rotation.conjugate();
-  if (const YAML::Node cam0 = root["cam0"]; cam0 && cam0.IsMap() && cam0["T_cam_imu"])
-    return MotionOfMatrix(cam0["T_cam_imu"], camera, "cam0.T_cam_imu").rotation;
-  return std::nullopt;
-}
-
-std::optional<Rigid3> LoadBodyFromCamera(const std::string& camera) {
-  const std::string text = ReadTextFile(camera);
-  if (text.find("T_BS") == std::string::npos) return std::nullopt;
-  const YAML::Node node = ParseYamlMapping(text, camera)["T_BS"];
-  return node ? std::optional(MotionOfMatrix(node, camera, "T_BS")) : std::nullopt;
-}
-
-std::vector<AngularVelocity> LoadImu(const std::string& path,
-                                     const Eigen::Quaterniond& camera_from_imu) {
-  std::vector<AngularVelocity> samples;
-  const std::string text = ReadTextFile(path);
-  size_t number = 0, first_number = 0;
-  for (const std::string_view line : SplitLines(text)) {
-    ++number;
-    const std::string_view content = Trim(line);
-    if (content.empty() || content.front() == '#') continue;
-    const auto fields = SplitCommas(content);
-    const auto value = [&](size_t column) { return NumberAt(fields, column, path, number); };
-    constexpr double kNanosecond = 1e-9;
-    const AngularVelocity sample{kNanosecond * value(0),
-                                 camera_from_imu * Eigen::Vector3d(value(1), value(2), value(3))};
-    const double* last = samples.empty() ? nullptr : &samples.back().timestamp;
-    if (const std::string problem = ProblemOf(sample, last); !problem.empty())
-      throw BadInput("{}:{}: {}", path, number, problem);
-    if (samples.empty()) first_number = number;
-    samples.push_back(sample);
+ImuRecording LoadImu(const std::string& path) {
+  ImuFiles files = FilesOf(path);
+  ImuTable table = LoadImuTable(files.gyroscope);
+  if (!files.accelerometer.empty()) {
+    ImuTable second = LoadImuTable(files.accelerometer);
+    if (table.gyroscope.times.empty()) {  // given the other way round
+      std::swap(table, second);
+      std::swap(files.gyroscope, files.accelerometer);
+    }
+    table.accelerometer = std::move(second.accelerometer);
+    table.is_toward_ground = second.is_toward_ground;
+    std::ranges::move(second.notes, std::back_inserter(table.notes));
   }
-  if (samples.empty())
-    throw BadInput("{}: no line \"timestamp [ns],w_x,w_y,w_z [rad/s]\" as in EuRoC's data.csv",
+  auto& [gyroscope, accelerometer, is_toward_ground, notes] = table;
+  if (gyroscope.times.empty())
+    throw BadInput("{}: no gyroscope in it; give both files: GYROSCOPE.csv,ACCELEROMETER.csv",
                    path);
-  CheckSpacing(samples, path, first_number);
-  return samples;
+  // What is wrong with the rows of one file is said once.
+  const bool is_one = accelerometer.lines == gyroscope.lines && files.accelerometer.empty();
+  std::vector<std::string> said;
+  LeaveOutDisorder(is_one ? "IMU" : "gyroscope", gyroscope, notes);
+  LeaveOutDisorder("accelerometer", accelerometer, is_one ? said : notes);
+  ToRadians(gyroscope, notes);
+  CheckRates(gyroscope, files.gyroscope);
+  ToMetres(accelerometer, notes);
+  CheckAccelerations(accelerometer,
+                     files.accelerometer.empty() ? files.gyroscope : files.accelerometer);
+  constexpr double kTurns = 0.1, kShakes = 0.5;  // rad/s, m/s^2; far above the noise of a phone
+  const SensorSeries all_rates = gyroscope;
+  LeaveOutStuck("gyroscope", accelerometer, kShakes, gyroscope, notes);
+  LeaveOutStuck("accelerometer", all_rates, kTurns, accelerometer, notes);
+  if (is_toward_ground)
+    for (Eigen::Vector3d& value : accelerometer.values) value = -value;
+  ImuRecording recording;
+  recording.samples = Joined(gyroscope, accelerometer);
+  recording.has_acceleration = !recording.samples.empty();
+  if (!recording.has_acceleration) {
+    if (!accelerometer.times.empty() && !gyroscope.times.empty())
+      notes.push_back("accelerometer: its times are not those of the gyroscope: not used");
+    for (size_t i = 0; i < gyroscope.times.size(); ++i)
+      recording.samples.push_back({gyroscope.times[i], gyroscope.values[i]});
+  }
+  if (std::string gaps = GapsOf(recording.samples); !gaps.empty()) notes.push_back(std::move(gaps));
+  recording.notes = std::move(notes);
+  return recording;
 }
 
 }  // namespace oaslam

@@ -1,30 +1,25 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "oaslam/angular_velocity.h"
-#include "oaslam/rigid3.h"
+#include "oaslam/imu.h"
 
 namespace oaslam {
 
-// The rotation from the gyroscope's axes to those of the camera, which a calibration file gives as
-// EuRoC's T_BS (the body is the gyroscope) or Kalibr's T_cam_imu. Nothing where the file has
-// neither, and for "fov:DEGREES". Throws InputError where the matrix is no rotation.
-std::optional<Eigen::Quaterniond> LoadCameraFromImu(const std::string& camera);
+// The samples of an IMU along its own axes.
+struct ImuRecording {
+  std::vector<ImuSample> samples;  // ascending in time; empty: the gyroscope cannot be used
+  bool has_acceleration = false;   // else only angular velocities are known
+  std::vector<std::string> notes;  // what was wrong, and what was done, a sentence each
+};
 
-// The pose of the camera on the body, EuRoC's T_BS; nothing where the file does not have it. Throws
-// as above.
-std::optional<Rigid3> LoadBodyFromCamera(const std::string& camera);
-
-// The gyroscope of EuRoC's imu0/data.csv: after a line that begins with '#', a time stamp in ns and
-// the angular velocity about three axes in rad/s in each line; what follows, such as accelerations,
-// is not read. Throws InputError that names path and line where a number is missing, times do not
-// ascend, their median spacing is not within 0.1 ms to 0.1 s (another unit than ns), or it turns
-// faster than any gyroscope measures, and where there are no samples.
-std::vector<AngularVelocity> LoadImu(const std::string& path,
-                                     const Eigen::Quaterniond& camera_from_imu);
+// Reads a recording of an IMU or of a gyroscope (docs/imu.md): one file, two with a comma between
+// them ("gyro.csv,accel.csv"), or a folder in which a recorder's files have their own names. Of two
+// sensors, the accelerations are interpolated at the gyroscope's times. What is wrong and can be
+// mended is mended. Throws InputError, with path, line, value and bound, where nothing can be done:
+// a number is missing, the spacing of the samples is in no unit 0.1 ms to 0.1 s, a value is beyond
+// what any sensor measures, or there is no gyroscope.
+ImuRecording LoadImu(const std::string& path);
 
 }  // namespace oaslam

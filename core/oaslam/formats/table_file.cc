@@ -7,10 +7,10 @@
 
 namespace oaslam {
 
-std::vector<std::string_view> SplitCommas(std::string_view line) {
+std::vector<std::string_view> SplitCommas(std::string_view line, char separator) {
   std::vector<std::string_view> fields;
   for (size_t begin = 0; begin <= line.size();) {
-    const size_t end = std::min(line.find(',', begin), line.size());
+    const size_t end = std::min(line.find(separator, begin), line.size());
     fields.push_back(Trim(line.substr(begin, end - begin)));
     begin = end + 1;
   }

@@ -8,7 +8,7 @@
 namespace oaslam {
 
 // The fields of a line, without surrounding blanks.
-std::vector<std::string_view> SplitCommas(std::string_view line);
+std::vector<std::string_view> SplitCommas(std::string_view line, char separator = ',');
 // Throws InputError where there is no number. Columns count from 0, lines from 1.
 double NumberAt(const std::vector<std::string_view>& fields, size_t column, const std::string& path,
                 size_t line);

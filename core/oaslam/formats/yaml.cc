@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "oaslam/formats/pose_values.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/util/bad_input.h"
 
@@ -59,6 +60,23 @@ std::vector<double> YamlNumbers(const YAML::Node& node, const std::string& path,
   for (size_t i = 0; i < node.size(); ++i)
     values.push_back(YamlNumber(node[i], path, fmt::format("{}[{}]", key, i)));
   return values;
+}
+
+Rigid3 YamlMotion(const YAML::Node& node, const std::string& path, const std::string& key) {
+  std::vector<double> values;
+  if (node.IsSequence() && node.size() == 4 && node[0].IsSequence())
+    for (const YAML::Node& row : node)
+      for (const double x : YamlNumbers(row, path, key)) values.push_back(x);
+  else
+    values = node.IsMap() ? YamlNumbers(node["data"], path, key + ".data")
+                          : YamlNumbers(node, path, key);
+  if (values.size() != 16)
+    throw BadInput("{}: {}: {} values, expected 16", path, key, values.size());
+  constexpr double kRounded = 1e-3;  // by who wrote the file
+  const std::optional<Rigid3> motion = PoseOfRows(values, kRounded);
+  if (!motion)
+    throw BadInput("{}: {}: its first three rows and columns are no rotation", path, key);
+  return *motion;
 }
 
 }  // namespace oaslam

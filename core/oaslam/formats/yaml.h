@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "oaslam/rigid3.h"
+
 namespace oaslam {
 
 // The root of a YAML text, which must be a mapping; an empty mapping where the text holds nothing
@@ -26,5 +28,7 @@ int YamlInteger(const YAML::Node& node, const std::string& path, const std::stri
 // A list of finite numbers.
 std::vector<double> YamlNumbers(const YAML::Node& node, const std::string& path,
                                 const std::string& key);
+// A rigid motion of four rows, as a list, a list of lists, or OpenCV's "data".
+Rigid3 YamlMotion(const YAML::Node& node, const std::string& path, const std::string& key);
 
 }  // namespace oaslam

@@ -13,6 +13,7 @@
 #include "oaslam/formats/pose_values.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/images/dataset_layouts.h"
+#include "oaslam/images/image_files.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/lower.h"
 
@@ -32,6 +33,7 @@ constexpr DatasetLayout kLayouts[] = {{"EuRoC", FindEuRoC},
                                       {"ScanNet", FindScanNet},
                                       {"Record3D", FindRecord3d},
                                       {"Stray-Scanner", FindStrayScanner},
+                                      {"MARS-Logger", FindMarsLogger},
                                       {"3D-Scanner-App", FindScannerApp},
                                       {"Polycam", FindPolycam},
                                       {"Nerfstudio", FindNerfstudio},
@@ -107,6 +109,15 @@ std::string DatasetFolder::First(std::initializer_list<const char*> paths) const
   for (const char* path : paths)
     if (Has(path)) return At(path);
   return "";
+}
+
+std::optional<DepthFiles> DatasetFolder::Depths(const char* folder, const char* confidence,
+                                                double unit) const {
+  std::error_code error;
+  if (!fs::is_directory(At(folder), error) || ImageNames(At(folder)).empty()) return std::nullopt;
+  DepthFiles found = LoadDepthFiles(At(folder), unit);
+  if (Has(confidence)) found.confidence = At(confidence);
+  return found;
 }
 
 Rigid3 PoseOfMatrix(const std::vector<double>& rows, const std::string& place) {
@@ -192,9 +203,10 @@ std::vector<StampedPose> AtTimesOf(const std::vector<ListedImage>& images,
   return found;
 }
 
-std::string FilmOf(const std::string& source, const ImageSourceOptions& options) {
+FilmSource FilmOf(const std::string& source, const ImageSourceOptions& options) {
   const std::optional<Dataset> dataset = FindDataset(source, options);
-  return dataset && !dataset->film.empty() ? dataset->film : source;
+  if (!dataset || dataset->film.empty()) return {source, {}};
+  return {dataset->film, dataset->film_times};
 }
 
 }  // namespace oaslam

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "oaslam/image_source.h"
+#include "oaslam/images/depth_files.h"
 #include "oaslam/trajectory_file.h"
 
 namespace oaslam {
@@ -22,6 +23,14 @@ struct Dataset {
   // All images, with their times; empty where the images are in the video `film`.
   std::vector<ListedImage> images;
   std::string film, camera, imu;  // paths; empty: none
+  // Of the images of the film, from 0 on, where the recorder has them in a list and the film's own
+  // are only a count; empty: the film's own.
+  std::vector<double> film_times;
+  double imu_begin_s = 0;  // what the IMU's clock shows when that of the images shows 0
+  // How the IMU lies to the camera, where that is known of the recorder's phones; the place is not,
+  // and 0.
+  std::optional<Rigid3> cam_from_imu{};
+  std::optional<DepthFiles> depth;
   // Reads the true poses, camera to world, with the times of the images; empty: there are none.
   // Throws InputError.
   std::function<std::vector<StampedPose>()> truth;
@@ -45,7 +54,12 @@ std::optional<Dataset> FindTruth(const std::string& folder, const ImageSourceOpt
 std::vector<StampedPose> AtTimesOf(const std::vector<ListedImage>& images,
                                    const std::vector<NamedPose>& poses, const std::string& path);
 
-// The path of the video in a dataset's folder; for any other source, the source itself.
-std::string FilmOf(const std::string& source, const ImageSourceOptions& options);
+struct FilmSource {
+  std::string path;
+  std::vector<double> times;  // as Dataset::film_times
+};
+
+// The video in a dataset's folder; for any other source, the source itself.
+FilmSource FilmOf(const std::string& source, const ImageSourceOptions& options);
 
 }  // namespace oaslam

@@ -4,7 +4,7 @@
 #include <map>
 #include <numeric>
 
-#include "oaslam/formats/imu_file.h"
+#include "oaslam/formats/imu_pose.h"
 #include "oaslam/formats/table_file.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/images/dataset_layouts.h"
@@ -92,6 +92,11 @@ std::optional<Dataset> FindTum(const DatasetFolder& folder) {
   dataset.images = ReadList(folder.At("rgb.txt"), folder.options);
   if (const std::string truth = folder.First({"groundtruth.txt"}); !truth.empty())
     dataset.truth = [truth] { return LoadTrajectory(truth); };
+  if (const std::string depth = folder.First({"associations.txt", "depth.txt"}); !depth.empty())
+    dataset.depth = LoadDepthFiles(depth);
+  // Who wants the colour images alone leaves the others out.
+  std::error_code error;
+  if (dataset.depth && !fs::exists(dataset.depth->files.front().path, error)) dataset.depth.reset();
   return dataset;
 }
 
@@ -132,6 +137,13 @@ std::optional<Dataset> FindSevenScenes(const DatasetFolder& folder) {
   }
   Dataset dataset;
   dataset.images = ListFolder(folder.root, folder.options, ".color");
+  if (folder.Has("frame-000000.depth.png")) {
+    dataset.depth = folder.Depths(".");
+    dataset.depth->camera =
+        Camera{.width = 640, .height = 480, .fx = 585, .fy = 585, .cx = 320, .cy = 240};
+    // Of a Kinect, which looks with its colour camera from the right of the depth camera.
+    dataset.depth->cam_from_depth.translation.x() = -0.025;
+  }
   if (folder.Has("frame-000000.pose.txt"))
     dataset.truth = [listed = dataset.images] {
       return LoadMatrices(listed, [](const std::string& path) {
@@ -153,6 +165,7 @@ std::optional<Dataset> FindIclNuim(const DatasetFolder& folder) {
   if (truth.empty()) return std::nullopt;
   Dataset dataset;
   dataset.images = ListFolder(folder.At("rgb"), folder.options);
+  dataset.depth = folder.Depths("depth", "", 1.0 / 5000);
   dataset.truth = [truth, listed = dataset.images] {
     std::map<double, double> times;
     for (const ListedImage& image : listed)
@@ -173,6 +186,11 @@ std::optional<Dataset> FindScanNet(const DatasetFolder& folder) {
   Dataset dataset;
   dataset.images = ListFolder(folder.At("color"), folder.options);
   dataset.camera = camera;
+  dataset.depth = folder.Depths("depth");
+  if (const std::string of_depth =
+          folder.First({"intrinsic/intrinsic_depth.txt", "intrinsics/intrinsic_depth.txt"});
+      dataset.depth && !of_depth.empty())
+    SetDepthCamera(of_depth, *dataset.depth);
   if (folder.Has("pose"))
     dataset.truth = [root = folder.At("pose"), listed = dataset.images] {
       return LoadMatrices(listed, [&](const std::string& path) {

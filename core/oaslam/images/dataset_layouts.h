@@ -21,6 +21,10 @@ struct DatasetFolder {
   bool Has(const std::string& path) const;
   // The path of the first of these that is there; empty: none.
   std::string First(std::initializer_list<const char*> paths) const;
+  // The depth images in a folder of it, whose counts are millimetres unless `unit` is given;
+  // nothing where there are none. `confidence`: a folder, as in DepthFiles.
+  std::optional<DepthFiles> Depths(const char* folder, const char* confidence = "",
+                                   double unit = 1e-3) const;
 };
 
 // The first three rows of a matrix. Throws InputError, which begins with `place`.
@@ -49,6 +53,7 @@ std::optional<Dataset> FindScannerApp(const DatasetFolder& folder);
 std::optional<Dataset> FindPolycam(const DatasetFolder& given);
 std::optional<Dataset> FindRecord3d(const DatasetFolder& folder);
 std::optional<Dataset> FindStrayScanner(const DatasetFolder& folder);
+std::optional<Dataset> FindMarsLogger(const DatasetFolder& folder);
 std::optional<Dataset> FindNerfstudio(const DatasetFolder& folder);
 std::optional<Dataset> FindColmap(const DatasetFolder& folder);
 std::optional<Dataset> FindTum(const DatasetFolder& folder);

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "oaslam/formats/pose_values.h"
@@ -119,6 +120,23 @@ std::optional<double> UnitOfNames(const std::vector<PhoneImage>& images) {
   return step < kLeastStep ? std::nullopt : std::optional(UnitOfStep(step));
 }
 
+// Takes the times of a film from the first numbers of the lines of a file, if there is one, and
+// with them where they begin by the clock of the phone; nothing where they do not ascend. Returns
+// whether it took them.
+bool TakeFilmTimes(const std::string& path, double unit, Dataset& dataset) {
+  if (path.empty()) return false;
+  const std::string text = ReadTextFile(path);
+  std::vector<double> times;
+  for (const std::string_view line : SplitLines(text))
+    if (const auto number = ParseNumber(SplitCommas(line).front())) times.push_back(unit * *number);
+  if (times.empty() || std::ranges::adjacent_find(times, std::greater_equal()) != times.end())
+    return false;
+  dataset.imu_begin_s = times.front();
+  for (double& time : times) time -= dataset.imu_begin_s;
+  dataset.film_times = std::move(times);
+  return true;
+}
+
 }  // namespace
 
 std::optional<Dataset> FindScannerApp(const DatasetFolder& folder) {
@@ -140,6 +158,8 @@ std::optional<Dataset> FindScannerApp(const DatasetFolder& folder) {
   SetTimes(folder.root, folder.options, dataset.images);
   const bool has_times = !folder.options.fps && SetTimesOfFiles(images, dataset);
   dataset.camera = MedianCamera(images, folder);
+  if (folder.Has(WithoutExtension(BaseName(first)).replace(0, 5, "depth").append(".png").c_str()))
+    dataset.depth = folder.Depths(".");
   SetTruthOf(images, has_times, dataset);
   return dataset;
 }
@@ -169,6 +189,7 @@ std::optional<Dataset> FindPolycam(const DatasetFolder& given) {
   if (!options.time_unit && !options.fps) options.time_unit = UnitOfNames(images);
   const bool has_times = SetTimes(folder.root, options, dataset.images);
   dataset.camera = MedianCamera(images, folder);
+  dataset.depth = folder.Depths("depth", "confidence");
   SetTruthOf(images, has_times, dataset);
   return dataset;
 }
@@ -213,8 +234,18 @@ std::optional<Dataset> FindStrayScanner(const DatasetFolder& folder) {
   Dataset dataset;
   dataset.film = folder.At("rgb.mp4");
   dataset.camera = folder.At("camera_matrix.csv");
+  dataset.depth = folder.Depths("depth", "confidence");
   const std::string truth = folder.First({"odometry.csv"});
   if (truth.empty()) return dataset;
+  // The film counts images at 60 Hz; Core Motion has the clock of the list. Its axes are those of
+  // the upright screen (x right, y up, z out of it); ARKit's images have their top where the phone
+  // has its right.
+  if (TakeFilmTimes(truth, 1, dataset) && folder.Has("imu.csv")) {
+    dataset.imu = folder.At("imu.csv");
+    Eigen::Matrix3d cam_from_phone;
+    cam_from_phone << 0, -1, 0, -1, 0, 0, 0, 0, -1;
+    dataset.cam_from_imu = Rigid3(cam_from_phone, Eigen::Vector3d::Zero());
+  }
   dataset.truth = [truth] {
     std::vector<StampedPose> poses;
     for (const auto& v : LoadColumns(truth, {"timestamp", "x", "y", "z", "qx", "qy", "qz", "qw"})) {
@@ -227,6 +258,18 @@ std::optional<Dataset> FindStrayScanner(const DatasetFolder& folder) {
     for (StampedPose& pose : poses) pose.timestamp -= first;
     return poses;
   };
+  return dataset;
+}
+
+std::optional<Dataset> FindMarsLogger(const DatasetFolder& folder) {
+  if (!folder.Has("movie.mp4") || !folder.Has("gyro_accel.csv")) return std::nullopt;
+  Dataset dataset;
+  dataset.film = folder.At("movie.mp4");
+  // In ns, by the clock of the IMU. On iPhones the second is the only one.
+  constexpr double kNanosecond = 1e-9;
+  if (TakeFilmTimes(folder.First({"frame_timestamps.txt", "movie_metadata.csv"}), kNanosecond,
+                    dataset))
+    dataset.imu = folder.At("gyro_accel.csv");
   return dataset;
 }
 

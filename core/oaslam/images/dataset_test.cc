@@ -305,15 +305,48 @@ TEST_F(DatasetTest, AFilmIsNamed) {
   ASSERT_TRUE(found);
   EXPECT_EQ(found->layout, "Stray-Scanner");
   EXPECT_EQ(found->film, folder / "rgb.mp4");
-  EXPECT_EQ(FilmOf(folder.path(), {}), folder / "rgb.mp4");
-  EXPECT_EQ(FilmOf("a.mp4", {}), "a.mp4");
+  EXPECT_EQ(FilmOf(folder.path(), {}).path, folder / "rgb.mp4");
+  EXPECT_THAT(FilmOf(folder.path(), {}).times,
+              testing::Pointwise(testing::DoubleNear(1e-9), {0.0, 0.1}));
+  EXPECT_EQ(FilmOf("a.mp4", {}).path, "a.mp4");
   EXPECT_EQ(LoadCamera(found->camera, {1920, 1440}).fx, 1500);
   const auto truth = found->truth();
   ASSERT_EQ(truth.size(), 2U);
   EXPECT_NEAR(truth[1].timestamp, 0.1, 1e-9);
+  EXPECT_EQ(found->imu, "");
   // It is read as a film, which this one is not.
   EXPECT_FALSE(ListImages(folder.path(), {}));
   EXPECT_INPUT_ERROR(OpenImages(folder.path(), {}), HasSubstr("rgb.mp4"));
+}
+
+TEST_F(DatasetTest, ImusOfPhonesHaveTheirClock) {
+  folder.Write("rgb.mp4", "x");
+  folder.Write("camera_matrix.csv", "1500, 0, 960\n0, 1500, 720\n0, 0, 1\n");
+  folder.Write("odometry.csv",
+               "timestamp, frame, x, y, z, qx, qy, qz, qw\n7.5, 0, 1, 2, 3, 0, 0, 0, 1\n");
+  folder.Write("imu.csv", "");
+  const auto stray = FindDataset(folder.path(), {});
+  ASSERT_TRUE(stray && stray->cam_from_imu);
+  EXPECT_EQ(stray->imu, folder / "imu.csv");
+  EXPECT_EQ(stray->imu_begin_s, 7.5);
+  // Of a phone that is held for wide images, its right side up, what is up is up in the image.
+  EXPECT_TRUE((stray->cam_from_imu->rotation * Eigen::Vector3d::UnitX())
+                  .isApprox(-Eigen::Vector3d::UnitY()));
+  // The screen looks at who holds it.
+  EXPECT_TRUE((stray->cam_from_imu->rotation * Eigen::Vector3d::UnitZ())
+                  .isApprox(-Eigen::Vector3d::UnitZ()));
+  const TempFolder mars;
+  mars.Write("movie.mp4", "x");
+  mars.Write("gyro_accel.csv", "");
+  EXPECT_EQ(FindDataset(mars.path(), {})->imu, "");
+  mars.Write("frame_timestamps.txt",
+             "Frame timestamp[nanosec],Unix time[nanosec]\n25000000000,17\n");
+  const auto found = FindDataset(mars.path(), {});
+  EXPECT_EQ(found->layout, "MARS-Logger");
+  EXPECT_EQ(found->film, mars / "movie.mp4");
+  EXPECT_EQ(found->imu, mars / "gyro_accel.csv");
+  EXPECT_EQ(found->imu_begin_s, 25);
+  EXPECT_FALSE(found->cam_from_imu);
 }
 
 TEST_F(DatasetTest, KittisPosesMayBeBesideItsSequences) {

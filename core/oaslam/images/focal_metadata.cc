@@ -31,7 +31,8 @@ std::optional<double> FocalLength35mm(const std::string& source) {
   if (IsCamera(source)) return std::nullopt;
   try {
     const auto images = ListImages(source, {.quiet = true});
-    const auto length = images ? FromExif(images->front().path) : FromVideo(FilmOf(source, {}));
+    const auto length =
+        images ? FromExif(images->front().path) : FromVideo(FilmOf(source, {}).path);
     return length && CanBeFocalLength35mm(*length) ? length : std::nullopt;
   } catch (const InputError&) {
     return std::nullopt;

@@ -250,8 +250,10 @@ std::vector<ListedImage> TimesOfImages(const std::string& source,
   ImageSourceOptions quiet = options;
   quiet.quiet = true;
   if (auto images = ListAll(source, quiet)) return std::move(*images);
-  const VideoContainer video = ReadVideoContainer(FilmOf(source, options));
-  const std::vector<double>& times = video.times.seconds;
+  const FilmSource film = FilmOf(source, options);
+  const VideoContainer video = ReadVideoContainer(film.path);
+  const bool is_listed = film.times.size() == static_cast<size_t>(video.images);
+  const std::vector<double>& times = is_listed ? film.times : video.times.seconds;
   std::vector<ListedImage> images;
   for (int i = 0; i < video.images && (options.fps || !times.empty()); ++i)
     images.push_back(
@@ -269,7 +271,7 @@ std::vector<std::string> NamesOfImages(const std::string& source,
     for (const ListedImage& image : *images) names.push_back(image.path);
     return names;
   }
-  const int count = ReadVideoContainer(FilmOf(source, options)).images;
+  const int count = ReadVideoContainer(FilmOf(source, options).path).images;
   for (int i = 0; i < count; ++i) names.push_back(NameOfVideoImage(i));
   return names;
 }

@@ -36,8 +36,9 @@ cv::Mat WithSquarePixels(const cv::Mat& image, double pixel_ratio) {
 
 class VideoSource : public ImageSource {
  public:
-  VideoSource(const std::string& path, const ImageSourceOptions& options)
-      : path_(path), options_(options), container_(ReadVideoContainer(path)) {
+  VideoSource(const FilmSource& film, const ImageSourceOptions& options)
+      : path_(film.path), options_(options), container_(ReadVideoContainer(film.path)) {
+    const std::string& path = path_;
     const int images = container_.images;
     if (images == 0) throw BadInput("{}: no image in it, damaged?", path);
     if (options.from >= images)
@@ -52,6 +53,12 @@ class VideoSource : public ImageSource {
     // Damaged headers have rates beyond these.
     if (std::isfinite(rate) && rate > 0.1 && rate < 10000) rate_ = rate;
     if (options.fps) rate_ = *options.fps;
+    if (film.times.size() == static_cast<size_t>(images))
+      listed_times_ = film.times;
+    else if (!film.times.empty() && !options.quiet)
+      Log(LogLevel::kWarning,
+          "{}: has {} images, but {} times are listed for them: its own times are taken", path,
+          images, film.times.size());
     if (!options.quiet) Warn();
   }
 
@@ -136,10 +143,12 @@ class VideoSource : public ImageSource {
   // The time of the image that was grabbed; to be called once for each.
   double Timestamp() {
     const std::vector<double>& times = container_.times.seconds;
-    if (options_.fps || times.empty()) return index_ / rate_;
+    if (options_.fps || (times.empty() && listed_times_.empty())) return index_ / rate_;
+    if (times.empty()) return listed_times_.at(static_cast<size_t>(index_));
     const size_t i =
         TimeIndexOf(container_.times, next_time_, capture_.get(cv::CAP_PROP_POS_MSEC) / 1000);
     next_time_ = i + 1;
+    if (i < listed_times_.size()) return listed_times_[i];
     // The container may have announced fewer images.
     const double time = i < times.size()
                             ? times[i]
@@ -149,6 +158,7 @@ class VideoSource : public ImageSource {
   }
 
   std::string path_;
+  std::vector<double> listed_times_;  // of all images; empty: there are none
   ImageSourceOptions options_;
   VideoContainer container_;
   cv::VideoCapture capture_;
@@ -164,8 +174,8 @@ class VideoSource : public ImageSource {
 
 std::string NameOfVideoImage(int index) { return fmt::format("{:06}", index); }
 
-std::unique_ptr<ImageSource> OpenVideo(const std::string& path, const ImageSourceOptions& options) {
-  return std::make_unique<VideoSource>(path, options);
+std::unique_ptr<ImageSource> OpenVideo(const FilmSource& film, const ImageSourceOptions& options) {
+  return std::make_unique<VideoSource>(film, options);
 }
 
 }  // namespace oaslam

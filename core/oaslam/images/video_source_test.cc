@@ -13,6 +13,7 @@ extern "C" {
 #include "expect_input_error.h"
 #include "ffmpeg.h"
 #include "folder_test.h"
+#include "oaslam/images/image_list.h"
 #include "oaslam/images/video_container.h"
 #include "oaslam/images/video_file.h"
 #include "oaslam/util/log.h"
@@ -93,6 +94,28 @@ TEST_F(VideoSourceTest, TimesAreThoseStored) {
   EXPECT_EQ(part.announced, 10);
   EXPECT_THAT(Watch(folder / "a.mp4", {.fps = 10}).times,
               Pointwise(DoubleNear(1e-9), RegularTimes(static_cast<int>(times.size()), 10)));
+}
+
+TEST_F(VideoSourceTest, TheTimesOfARecordersListCount) {
+  OASLAM_SKIP_WITHOUT_ENCODER("libx264");
+  ASSERT_TRUE(RunFfmpeg(Picture("160x120") + "-frames:v 3 -c:v libx264 " + folder / "rgb.mp4"));
+  folder.Write("camera_matrix.csv", "150, 0, 80\n0, 150, 60\n0, 0, 1\n");
+  folder.Write("odometry.csv", "timestamp, frame\n7.5, 0\n7.6, 1\n7.9, 2\n");
+  const std::vector<double> listed = {0, 0.1, 0.4};
+  const Film film = Watch(folder.path());
+  EXPECT_THAT(film.times, Pointwise(DoubleNear(1e-9), listed));
+  EXPECT_THAT(film.warnings, IsEmpty());
+  EXPECT_NEAR(TimesOfImages(folder.path(), {}).at(2).timestamp, 0.4, 1e-9);
+  EXPECT_THAT(Watch(folder.path(), {.fps = 10}).times,
+              Pointwise(DoubleNear(1e-9), RegularTimes(3, 10)));
+  const std::vector<double> own = Watch(folder / "rgb.mp4").times;
+  // A list of other images, and one whose clock goes back.
+  folder.Write("odometry.csv", "timestamp, frame\n7.5, 0\n7.6, 1\n");
+  const Film other = Watch(folder.path());
+  EXPECT_THAT(other.times, Pointwise(DoubleNear(1e-9), own));
+  EXPECT_THAT(other.warnings, ElementsAre(HasSubstrs("has 3 images, but 2 times are listed")));
+  folder.Write("odometry.csv", "timestamp, frame\n7.5, 0\n7.6, 1\n7.6, 2\n");
+  EXPECT_THAT(Watch(folder.path()).times, Pointwise(DoubleNear(1e-9), own));
 }
 
 TEST_F(VideoSourceTest, OtherVideoStreamsAreSaid) {

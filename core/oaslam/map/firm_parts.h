@@ -13,8 +13,9 @@ namespace oaslam {
 // alone, as in a narrow door, hardly constrain the scale: the part behind such a link may have
 // another scale until the camera sees it from elsewhere. After a loop or a joining, three objects
 // that two parts see connect them, too, since the submaps of a camera that was lost are joined by
-// such objects. The part with the most keyframes is the main one, so that a bad beginning of a map
-// does not make all later keyframes uncertain.
+// such objects. A motion whose length a sensor tells connects two keyframes, too. The part with the
+// most keyframes is the main one, so that a bad beginning of a map does not make all later
+// keyframes uncertain.
 class FirmParts {
  public:
   // Whether a keyframe is in another part than the main one. Looks at all keyframes only after a

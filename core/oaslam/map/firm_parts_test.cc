@@ -45,6 +45,14 @@ TEST(FirmParts, ALoopTiesIt) {
   EXPECT_FALSE(parts.IsLoose(map, KeyframeId(2)));
 }
 
+TEST(FirmParts, AMotionInMetresTiesIt) {
+  Map map = TwoRooms(20);
+  map.keyframes.MutableAt(KeyframeId(5)).motion.emplace().from = KeyframeId(4);
+  EXPECT_TRUE(FirmParts().IsLoose(map, KeyframeId(2)));
+  map.keyframes.MutableAt(KeyframeId(5)).motion->is_metric = true;
+  EXPECT_FALSE(FirmParts().IsLoose(map, KeyframeId(2)));
+}
+
 // As the tracker sees it: keyframe by keyframe.
 TEST(FirmParts, GrowWithTheMap) {
   const Map whole = TwoRooms(20);

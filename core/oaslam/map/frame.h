@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "oaslam/camera.h"
+#include "oaslam/features/depth_map.h"
 #include "oaslam/features/features.h"
 #include "oaslam/features/grey_image.h"
 #include "oaslam/ids.h"
@@ -15,6 +16,10 @@
 #include "oaslam/types.h"
 
 namespace oaslam {
+
+// What tells the length of a metre where the user does not: the usual sizes of the map's objects,
+// an IMU, or a depth camera.
+enum class UnitSource { kObjects, kImu, kDepth };
 
 // A detection converted to the ideal image of its camera.
 struct ObjectDetection {
@@ -29,6 +34,13 @@ struct ObjectDetection {
 // lens model is not invertible.
 std::vector<ObjectDetection> IdealDetections(const Camera& camera,
                                              const std::vector<Detection>& detections);
+
+// The length of a unit in metres, by an IMU or a depth camera.
+struct MeasuredMetre {
+  double metres_per_unit = 1;
+  double relative_sigma = 0;  // standard deviation
+  UnitSource source = UnitSource::kImu;
+};
 
 // The result of the visual odometry (odometry/) for an image: its pose in the odometry's own frame,
 // and the inverse depths of its points.
@@ -55,6 +67,8 @@ struct FrameMotion {
   std::optional<int> exchanged_since{};
   bool is_keyframe = false;  // of the odometry: the view has changed
   std::vector<KnownDepth> depths;
+  std::optional<MeasuredMetre> metre{};             // of the odometry's unit
+  std::optional<Eigen::Vector3d> gravity_in_cam{};  // m/s^2, by an accelerometer
 };
 
 // The features and detections of an image, and its motion; immutable. Its pose is not part of it.
@@ -68,6 +82,7 @@ struct Frame {
   bool detections_follow = false;
   std::optional<Eigen::Vector3d> gravity_in_cam{};  // measured, any length
   std::shared_ptr<const FrameMotion> motion{};      // null where it is not known
+  std::shared_ptr<const DepthMap> depth{};          // measured; null: none
   // At the resolution of the features, for learned descriptors; null: there will be none.
   std::shared_ptr<const GreyBuffer> image{};
   // No features were extracted: the pose is to be by dead reckoning.

@@ -19,7 +19,7 @@ void MoveObject(const Similarity& new_from_old, Object& object) {
 
 std::optional<Metre> MetreBy(const Map& other, const Similarity& world_from_other, const Map& map) {
   if (!other.is_metric || map.is_metric) return std::nullopt;
-  return Metre{1 / world_from_other.scale, other.unit_by_objects};
+  return Metre{1 / world_from_other.scale, other.unit_evidence};
 }
 
 std::vector<int> CameraNumbers(const std::vector<Camera>& cameras, std::vector<Camera>& table) {
@@ -70,7 +70,7 @@ void JoinMap(const Map& joined, const Similarity& world_from_other, Map& map) {
   });
   other.objects.ForEach([&](ObjectId id, Object object) {
     MoveObject(world_from_other, object);
-    for (ObjectObservation& o : object.observations) o.cam_from_reference.translation *= scale;
+    for (ObjectObservation& o : object.observations) o.ScaleLengths(scale);
     map.objects.Insert(id, std::move(object));
   });
   other.merged_objects.ForEach(

@@ -24,7 +24,7 @@ void JoinMap(const Map& joined, const Similarity& world_from_other, Map& map);
 // The unit of a map, from another map that is in metres.
 struct Metre {
   double metres_per_unit = 1;
-  std::optional<UnitByObjects> by_objects;  // evidence by objects; nothing where the user gave it
+  std::optional<UnitEvidence> by_objects;  // its evidence; nothing where the user gave it
 };
 // The unit of `map`, from `other`, with which it is joined; nothing where `other` is not in metres,
 // or `map` already is.

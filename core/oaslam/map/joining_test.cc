@@ -98,11 +98,11 @@ TEST(MetreBy, AMapInMetresTellsTheUnitOfTheOther) {
   Map map, other;
   EXPECT_FALSE(MetreBy(other, world_from_other, map));
   other.is_metric = true;
-  other.unit_by_objects = UnitByObjects{0.04, 5, 4};
+  other.unit_evidence = UnitEvidence{0.04, 5, 4};
   const std::optional<Metre> metre = MetreBy(other, world_from_other, map);
   ASSERT_TRUE(metre);
   EXPECT_DOUBLE_EQ(metre->metres_per_unit, 0.4);
-  EXPECT_EQ(metre->by_objects, other.unit_by_objects);
+  EXPECT_EQ(metre->by_objects, other.unit_evidence);
   map.is_metric = true;
   EXPECT_FALSE(MetreBy(other, world_from_other, map));
 }

@@ -325,7 +325,7 @@ void Map::Scale(double factor) {
     object.ellipsoid.half_axes *= factor;
     object.covariance.topRows<3>() *= factor;
     object.covariance.leftCols<3>() *= factor;
-    for (ObjectObservation& o : object.observations) o.cam_from_reference.translation *= factor;
+    for (ObjectObservation& o : object.observations) o.ScaleLengths(factor);
   }
   for (auto& [name, anchor] : anchors) anchor.Scale(factor);
 }

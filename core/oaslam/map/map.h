@@ -35,6 +35,7 @@ struct KeyframeMotion {
   KeyframeId from;
   Rigid3 cam_from_cam;                            // this keyframe's camera from the other's
   double sigma_position = 0, sigma_rotation = 0;  // standard deviations; rotation in rad
+  bool is_metric = false;                         // an IMU or a depth camera tells its length
 
   void Scale(double factor) {
     cam_from_cam.translation *= factor;
@@ -118,6 +119,13 @@ struct ObjectObservation {
   double score = 0;
   unsigned char truncated = 0;  // EdgeBits
   double weight = 1;  // the number of detections of a 30 Hz video it counts for; not saved
+  // The z of the surface that the box shows, by a depth camera, map units; 0: not known; not saved.
+  double surface = 0;
+
+  void ScaleLengths(double factor) {
+    cam_from_reference.translation *= factor;
+    surface *= factor;
+  }
 };
 
 struct Object {
@@ -148,12 +156,13 @@ struct Object {
   bool known_by_landmarks = false;
 };
 
-// The evidence for the metre where the user did not give it: the usual sizes of the map's objects.
-struct UnitByObjects {
+// The evidence for the metre where the user did not give it.
+struct UnitEvidence {
   double relative_sigma = 0;     // standard deviation of the metre, divided by it
-  int objects = 0, classes = 0;  // that agreed
+  int objects = 0, classes = 0;  // that agreed; 0 unless it follows from objects
+  UnitSource source = UnitSource::kObjects;
 
-  bool operator==(const UnitByObjects&) const = default;
+  bool operator==(const UnitEvidence&) const = default;
 };
 
 // The map is a value: a copy is a snapshot (Table). Only the mapper writes to it; every edit keeps
@@ -174,8 +183,13 @@ struct Map {
   uint64_t version = 0;    // of the snapshot
   int loops_closed = 0;    // since the map was made or loaded
   bool is_metric = false;  // the unit is the metre; else arbitrary
-  // Of a metric map: the evidence for its metre by objects; nothing where the user gave the metre.
-  std::optional<UnitByObjects> unit_by_objects{};
+  // Of a metric map: the evidence for its metre; nothing where the user gave the metre.
+  std::optional<UnitEvidence> unit_evidence{};
+  // Whether the user, or what he did before, made the map metric. A sensor would tell the metre of
+  // any other map as well.
+  bool IsMetricByUser() const {
+    return is_metric && !(unit_evidence && unit_evidence->source != UnitSource::kObjects);
+  }
   ClassRelations classes;                 // which classes move, and which are parts of which
   std::map<std::string, Anchor> anchors;  // by name
 

@@ -75,7 +75,7 @@ Submap Renumbered(const Submap& submap, const Renumbering& numbers) {
   map.version = old.version;
   map.loops_closed = old.loops_closed;
   map.is_metric = old.is_metric;
-  map.unit_by_objects = old.unit_by_objects;
+  map.unit_evidence = old.unit_evidence;
   map.classes = old.classes;
   map.cameras = numbers.cameras;
   map.next_landmark = numbers.first.landmark + old.next_landmark;

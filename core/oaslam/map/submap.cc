@@ -22,11 +22,11 @@ void AdoptPoses(const std::vector<FramePose>& other, double scale, std::vector<F
                              &FramePose::frame_index);
 }
 
-void ScaleToMetres(double metres_per_unit, const std::optional<UnitByObjects>& by_objects, Map& map,
+void ScaleToMetres(double metres_per_unit, const std::optional<UnitEvidence>& by_objects, Map& map,
                    std::vector<FramePose>& trajectory) {
   map.Scale(metres_per_unit);
   map.is_metric = true;
-  map.unit_by_objects = by_objects;
+  map.unit_evidence = by_objects;
   for (FramePose& pose : trajectory) pose.cam_from_reference.translation *= metres_per_unit;
 }
 

@@ -21,7 +21,7 @@ void AdoptPoses(const std::vector<FramePose>& other, double scale, std::vector<F
 
 // Scales a map, and the poses made with it, to metres; one unit was `metres_per_unit` metres long.
 // `by_objects`: the evidence for that; nothing where the user gave it.
-void ScaleToMetres(double metres_per_unit, const std::optional<UnitByObjects>& by_objects, Map& map,
+void ScaleToMetres(double metres_per_unit, const std::optional<UnitEvidence>& by_objects, Map& map,
                    std::vector<FramePose>& trajectory);
 
 // Multiplies the lengths of poses that were made when all keyframes had the unit 1 by the present

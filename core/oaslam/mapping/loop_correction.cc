@@ -112,7 +112,7 @@ void MoveWithKeyframes(const NodeMotions& motions, Map& map) {
       const auto carried = map.ResolveKeyframe(object.observations[i].reference);
       if (!carried) continue;
       const Similarity& motion = motions.Of(carried->by);
-      object.observations[i].cam_from_reference.translation *= motion.scale;
+      object.observations[i].ScaleLengths(motion.scale);
       if (i == object.observations.size() / 2) MoveObject(motion, object);
     }
   }

@@ -61,7 +61,7 @@ struct AdoptAdjustment {};
 // The caller must scale the tracker, too.
 struct MetricScale {
   double metres_per_unit = 1;
-  std::optional<UnitByObjects> by_objects{};
+  std::optional<UnitEvidence> by_objects{};
 };
 
 // Replaces all anchors.

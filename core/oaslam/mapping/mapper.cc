@@ -39,7 +39,7 @@ bool Mapper::ApplyEdit(const MapCommand& command) {
   } else if (const auto* scale = std::get_if<MetricScale>(&command.edit)) {
     map_.Scale(scale->metres_per_unit);
     map_.is_metric = true;
-    map_.unit_by_objects = scale->by_objects;
+    map_.unit_evidence = scale->by_objects;
     if (background_bundle_ || !windows_.empty()) AdjustInBackground(command.frame_index);
   } else if (const auto* classes = std::get_if<ClassRelations>(&command.edit)) {
     SetClassRelations(*classes, map_);

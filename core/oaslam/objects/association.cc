@@ -11,6 +11,7 @@
 #include "oaslam/geometry/ideal_image.h"
 #include "oaslam/map/next_ids.h"
 #include "oaslam/map/parts.h"
+#include "oaslam/objects/box_depth.h"
 #include "oaslam/objects/box_motion.h"
 #include "oaslam/objects/life_cycle.h"
 #include "oaslam/objects/own_landmarks.h"
@@ -387,6 +388,7 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
   const double weight = std::min(interval, kIndependentInterval) / kVideoInterval;
   if (!frame.detections.empty()) tracks.last_time = frame.timestamp;
 
+  if (const auto unit = UnitsPerMetre(tracked, snapshot)) tracks.units_per_metre = unit;
   const ObservingCamera observing = ObservingCameraOf(tracked, snapshot);
   std::vector<ObjectSighting> sightings;
   for (const ObjectDetection& detection : frame.detections) {
@@ -401,6 +403,9 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
     sighting.observation = {
         frame.index,   tracked.reference, tracked.cam_from_reference, observing.index,
         detection.box, detection.score,   detection.truncated,        weight};
+    if (frame.depth && tracks.units_per_metre)
+      sighting.observation.surface =
+          *tracks.units_per_metre * SurfaceIn(detection.box, camera, *frame.depth).value_or(0);
     sightings.push_back(std::move(sighting));
   }
   Eigen::MatrixXd scores(sightings.size(), candidates.size());

@@ -47,8 +47,9 @@ struct ObjectTrack {
 struct ObjectTracks {
   std::vector<ObjectTrack> open;
   uint32_t next_object = 0;
-  std::optional<double> last_time{};  // of the last image with detections
-  ObjectPlaces places{};              // of the last snapshot
+  std::optional<double> last_time{};        // of the last image with detections
+  std::optional<double> units_per_metre{};  // of the map, by the last image with depths
+  ObjectPlaces places{};                    // of the last snapshot
 
   // For a map from a file: its objects are associated again, and new objects get new ids.
   static ObjectTracks ContinueFrom(const Map& map);

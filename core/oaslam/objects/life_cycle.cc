@@ -35,8 +35,11 @@ std::optional<ObjectState> NextState(ObjectState state, const ObjectEvidence& ev
   }
   if (evidence.is_forgotten) return std::nullopt;
   if (!evidence.has_model) return ObjectState::kTentative;
+  // One with a measured depth tells as much of the place as several from other sides.
+  constexpr double kOfSurface = 4;
   const bool accepted =
-      evidence.observations >= config.min_observations && IsConfirmed(evidence.overlap, config);
+      std::max(evidence.observations, kOfSurface * evidence.surfaces) >= config.min_observations &&
+      IsConfirmed(evidence.overlap, config);
   return accepted ? ObjectState::kMapped : ObjectState::kInitialized;
 }
 

@@ -14,6 +14,7 @@ struct ObjectEvidence {
   double observations = 0;  // total number, converted to a video of 30 Hz
   ViewOverlap overlap;      // of the ellipsoid with its observations, by kMinAcceptIoU
   bool is_forgotten = false;
+  double surfaces = 0;  // of the observations, with the depth of the surface
 };
 
 struct ImageTime {

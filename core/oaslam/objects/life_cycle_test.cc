@@ -32,6 +32,16 @@ TEST(LifeCycle, Transitions) {
   EXPECT_EQ(next(ObjectState::kMapped, true, 400, 0.4, false), ObjectState::kInitialized);
 }
 
+TEST(LifeCycle, MeasuredSurfacesNeedAFourthOfTheObservations) {
+  const ObjectsConfig config;  // 20
+  const auto next = [&](double surfaces) {
+    return NextState(ObjectState::kInitialized, {true, 6, {0.8, 1}, false, surfaces}, config);
+  };
+  EXPECT_EQ(next(0), ObjectState::kInitialized);
+  EXPECT_EQ(next(4), ObjectState::kInitialized);
+  EXPECT_EQ(next(5), ObjectState::kMapped);
+}
+
 TEST(LifeCycle, TheMeanOverlapOfAMappedObjectIsNotBelowTheBound) {
   // Most boxes are cut by the image border and agree with any ellipsoid; the
   // few others do not agree.

@@ -117,9 +117,11 @@ void Refit(ObjectId id, std::span<const ObjectPlace> places, const ImageTime& no
   const std::vector<BoxView> views = VisibleViews(map, places, id, object, config);
   const std::optional<ObjectModel> model = FitObjectModel(map, views, start, config);
   if (model) AdoptModel(*model, views, object);
+  double surfaces = 0;
+  for (const ObjectObservation& o : object.observations) surfaces += o.surface > 0 ? o.weight : 0;
   const ObjectEvidence evidence{
       model.has_value(), object.evidence, model ? model->overlap : ViewOverlap{},
-      !object.known_by_landmarks && IsForgotten(UnseenSince(object, now))};
+      !object.known_by_landmarks && IsForgotten(UnseenSince(object, now)), surfaces};
   const auto next = NextState(object.state, evidence, config);
   if (!next) return Drop(id, "unseen since", map);
   object.state = model ? *next : ObjectState::kTentative;

@@ -31,14 +31,20 @@ Eigen::Vector3d DirectionInWorld(const Map& map, const ObjectObservation& o) {
 std::vector<BoxView> ViewsOf(const Map& map, std::span<const ObjectObservation> observations) {
   std::vector<BoxView> views;
   views.reserve(observations.size());
-  double weight = 0;
+  double weight = 0, surfaces = 0;
   for (const ObjectObservation& o : observations) {
     const std::optional<Rigid3> reference_from_world = map.ResolvePose(o.reference);
     OASLAM_CHECK(reference_from_world.has_value());
     views.push_back({o.cam_from_reference * *reference_from_world, &map.cameras[o.camera], o.box,
-                     o.score, o.truncated, o.weight});
+                     o.score, o.truncated, o.weight, o.surface});
     weight += o.weight;
+    if (o.surface > 0) surfaces += o.weight;
   }
+  // That a thing is no ellipsoid is the same error in all views: together their surfaces count as
+  // those of a few. The boxes tell the rest by their parallax.
+  constexpr double kMostSurfaces = 5;
+  if (surfaces > kMostSurfaces)
+    for (BoxView& view : views) view.surface_weight = kMostSurfaces / surfaces;
   // Observations of a long video are thinned out, but their errors remain correlated through the
   // object, so that together they count no more than kMaxObservations.
   if (weight > kMaxObservations)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/geometry/degree.h"
 #include "oaslam/geometry/pose_step.h"
 
@@ -119,11 +120,12 @@ void Gyroscope::Compare(double first_s, double second_s,
 }
 
 void Gyroscope::Learn(const Comparison& comparison) {
-  std::vector<Eigen::Vector3d> errors;
+  std::vector<Eigen::Vector3d> errors, by_samples;
   for (int i = 0; i < kCandidates; ++i) {
     const auto integral =
         Integral(comparison.first_s + OffsetOf(i), comparison.second_s + OffsetOf(i));
     if (!integral) return;  // the candidates must be compared by the same images
+    by_samples.push_back(VectorOf(*integral));
     errors.push_back(VectorOf(comparison.first_from_second.conjugate() * *integral));
   }
   const double duration = comparison.second_s - comparison.first_s;
@@ -138,11 +140,43 @@ void Gyroscope::Learn(const Comparison& comparison) {
   compared_ = kept * compared_ + 1;
   agreed_ = kept * agreed_ + weight;
   squared_duration_ = kept * squared_duration_ + weight * duration * duration;
+  const Eigen::Vector3d by_images = VectorOf(Eigen::Quaterniond(comparison.first_from_second));
+  of_images_ = kept * of_images_ + by_images.squaredNorm();
   for (int i = 0; i < kCandidates; ++i) {
     errors_[i].by_duration = kept * errors_[i].by_duration + weight * duration * errors[i];
     errors_[i].squared = kept * errors_[i].squared + weight * errors[i].squaredNorm();
+    errors_[i].product = kept * errors_[i].product + by_images * by_samples[i].transpose();
+    errors_[i].of_samples = kept * errors_[i].of_samples + by_samples[i].squaredNorm();
   }
   Calibrate();
+}
+
+// The rotation between two sets of vectors (Wahba 1965; by the singular value decomposition:
+// Markley 1988), or the reflection where two axes were swapped. Whatever the bias: turns of a hand
+// are larger.
+std::optional<Eigen::Matrix3d> Gyroscope::BetterAxes() const {
+  constexpr double kEnough = 40;     // comparisons
+  constexpr double kMostLeft = 0.1;  // of the squared rotations
+  // Of the turns about the first axis, those about the others: less is not told from noise.
+  constexpr double kSecondAxis = 0.02, kThirdAxis = 0.003;
+  if (is_trusted_ || compared_ < kEnough) return std::nullopt;
+  double least = INFINITY;
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+  for (const Errors& candidate : errors_) {
+    const SingularValues svd = SingularValuesOf(candidate.product);
+    if (svd.values[1] < kSecondAxis * svd.values[0]) continue;
+    // The third axis is that of a right-handed system unless the turns about it say otherwise.
+    const bool is_third_known = svd.values[2] > kThirdAxis * svd.values[0];
+    const Eigen::Vector3d signs(1, 1,
+                                is_third_known ? 1 : (svd.u * svd.v.transpose()).determinant());
+    const double left = of_images_ + candidate.of_samples - 2 * signs.dot(svd.values);
+    if (left >= least) continue;
+    least = left;
+    axes = svd.u * signs.asDiagonal() * svd.v.transpose();
+  }
+  constexpr double kRight = 0.1;  // of the matrix: some degrees
+  const bool are_others = (axes - Eigen::Matrix3d::Identity()).norm() > kRight;
+  return least < kMostLeft * of_images_ && are_others ? std::optional(axes) : std::nullopt;
 }
 
 GyroscopeCalibration Gyroscope::calibration() const {

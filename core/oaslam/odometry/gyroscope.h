@@ -30,6 +30,11 @@ class Gyroscope {
   // the two images have arrived.
   void Compare(double first_s, double second_s, const Eigen::Quaterniond& second_from_first);
 
+  // Axes by which the images and the samples agree, where they do not by the axes that were given:
+  // an orthogonal matrix by which the samples are to be multiplied. Nothing where the axes are
+  // right, where the camera has not turned about two axes yet, and where no axes make them agree.
+  std::optional<Eigen::Matrix3d> BetterAxes() const;
+
   GyroscopeState state() const;
   // The last calibration that the images did not contradict, with the present state.
   GyroscopeCalibration calibration() const;
@@ -53,6 +58,9 @@ class Gyroscope {
   struct Errors {
     Eigen::Vector3d by_duration = Eigen::Vector3d::Zero();
     double squared = 0;
+    // Of the rotations about their means: by the images times by the samples, and by the samples.
+    Eigen::Matrix3d product = Eigen::Matrix3d::Zero();
+    double of_samples = 0;
   };
 
   // Nothing where samples are missing.
@@ -75,6 +83,7 @@ class Gyroscope {
   // fit.
   double compared_ = 0, agreed_ = 0;
   double squared_duration_ = 0;
+  double of_images_ = 0;  // the sum of their squared rotations
   GyroscopeCalibration calibration_;
   bool is_trusted_ = true;
 };

@@ -144,6 +144,25 @@ TEST_F(GyroscopeTest, WrongAxesAreNotBelieved) {
   EXPECT_FALSE(gyroscope_.Between(time_s_ - 0.2, time_s_ - 0.1));
 }
 
+TEST_F(GyroscopeTest, TheTurnsTellTheTrueAxes) {
+  const Eigen::Matrix3d turned =
+      Eigen::AngleAxisd(1.3, Eigen::Vector3d(1, -2, 0.5).normalized()).toRotationMatrix();
+  Eigen::Matrix3d swapped;
+  swapped << 0, 1, 0, 1, 0, 0, 0, 0, 1;
+  for (const Eigen::Matrix3d& axes : {turned, swapped}) {
+    gyroscope_ = Gyroscope();
+    See(100, axes);
+    const auto better = gyroscope_.BetterAxes();
+    ASSERT_TRUE(better);
+    EXPECT_LT((*better * axes - Eigen::Matrix3d::Identity()).norm(), 0.05);
+  }
+}
+
+TEST_F(GyroscopeTest, RightAxesAreNotReplaced) {
+  See(100);
+  EXPECT_FALSE(gyroscope_.BetterAxes());
+}
+
 // Axes off by so much fit in some images and not in others.
 TEST_F(GyroscopeTest, TrustDoesNotChangeFromImageToImage) {
   const Eigen::Vector3d axis = Eigen::Vector3d(1, 1, 0).normalized();

@@ -58,6 +58,23 @@ Eigen::Vector3d ChangeOfTurnRate(const TurnRatePrior& t, const std::vector<Cam>&
          t.sigma;
 }
 
+constexpr double kCauchyChi2 = 9;  // of a measured depth: three sigmas
+
+std::array<Rigid3, 3> PosesOf(const InertialTriple& t, const InverseDepthState& state) {
+  return {state.poses[t.before], state.poses[t.middle], state.poses[t.after]};
+}
+
+double InertialCost(const InertialProblem& problem, const InverseDepthState& state,
+                    double huber_chi2) {
+  double cost = problem.prior.CostOf(state.inertial) + std::pow(GravityError(state.inertial), 2);
+  for (const InertialTriple& t : problem.triples)
+    cost +=
+        LossOf(ResidualOf(t, PosesOf(t, state), problem.lever, state.inertial).value.squaredNorm(),
+               huber_chi2)
+            .cost;
+  return cost;
+}
+
 double Cost(const InverseDepthProblem& problem, const InverseDepthState& state,
             std::optional<double> outlier_chi2, SightingsByPair& sightings,
             std::vector<double>& costs) {
@@ -77,12 +94,13 @@ double Cost(const InverseDepthProblem& problem, const InverseDepthState& state,
   for (size_t i = 0; i < problem.points.size(); ++i) {
     const DepthPrior& p = problem.points[i];
     const double off = (state.inverse_depths[i] - p.inverse_depth) / p.sigma;
-    cost += off * off;
+    cost += p.is_measured ? kCauchyChi2 * std::log1p(off * off / kCauchyChi2) : off * off;
   }
   for (const VelocityPrior& v : problem.velocities) cost += ChangeOfVelocity(v, cams).squaredNorm();
   for (const TurnRatePrior& t : problem.turn_rates)
     cost += LossOf(ChangeOfTurnRate(t, cams).squaredNorm(), problem.huber_chi2).cost;
   for (const RotationPrior& r : problem.rotations) cost += RotationError(r, cams).squaredNorm();
+  if (problem.inertial) cost += InertialCost(*problem.inertial, state, problem.huber_chi2);
   if (problem.length) {
     const LengthPrior& l = *problem.length;
     const double off = ((cams[l.second].center - cams[l.first].center).norm() - l.length) / l.sigma;
@@ -105,6 +123,9 @@ struct InverseDepthSolver::Memory {
   std::vector<SightingTerms> terms;  // the same
   std::vector<PairTerms> sums;
   PoseBlocks hessian, reduced;  // of the poses: the lower half; and without the depths
+  // The inertial unknowns: by themselves, and by the poses.
+  InertialMatrix inertial;
+  Eigen::Matrix<double, 7, Eigen::Dynamic> inertial_by_poses;
   Eigen::VectorXd gradient, right;
   std::vector<Depth> depths;
   std::vector<DepthCross> cross;
@@ -122,7 +143,8 @@ class WindowEquations {
       : problem_(problem), m_(memory) {
     m_.sightings.Set(problem, poses, false);
     m_.hessian.Resize(problem.free_poses);
-    m_.gradient.setZero(6 * problem.free_poses);
+    inertial_at_ = 6 * problem.free_poses;
+    m_.gradient.setZero(inertial_at_ + (problem.inertial ? InertialVector::RowsAtCompileTime : 0));
     m_.depths.clear();
     m_.cross.clear();
   }
@@ -137,6 +159,7 @@ class WindowEquations {
     m_.gradient.setZero();
     LinearizePoints(state);
     LinearizePriors(CamsOf(state));
+    if (problem_.inertial) LinearizeInertial(*problem_.inertial, state);
   }
 
   bool Step(double damping, InverseDepthState& state) {
@@ -156,6 +179,7 @@ class WindowEquations {
     }
     for (int k = 0; k < problem_.free_poses; ++k)
       state.poses[k] = Moved(state.poses[k], PoseVector(step.segment<6>(6 * k)));
+    if (problem_.inertial) state.inertial += step.tail<7>();
     return true;
   }
 
@@ -239,6 +263,11 @@ class WindowEquations {
     for (int row = 0; row < problem_.free_poses; ++row)
       for (int column = 0; column <= row; ++column)
         m_.system.block<6, 6>(6 * row, 6 * column) = Block6(blocks.At(row, column));
+    if (problem_.inertial) {
+      m_.system.bottomLeftCorner(7, inertial_at_) = m_.inertial_by_poses;
+      m_.system.bottomRightCorner<7, 7>() = m_.inertial;
+      if (with_ridge) m_.system.bottomRightCorner<7, 7>().diagonal() *= 1 + damping;
+    }
     return m_.system;
   }
 
@@ -263,7 +292,7 @@ class WindowEquations {
     for (size_t point = 0; point < problem_.points.size(); ++point) {
       const DepthPrior& p = problem_.points[point];
       const bool anchor_free = p.anchor < problem_.free_poses;
-      double hessian = 1 / (p.sigma * p.sigma),
+      double hessian = WeightOf(p, state.inverse_depths[point]) / (p.sigma * p.sigma),
              gradient = (state.inverse_depths[point] - p.inverse_depth) * hessian;
       const size_t first = m_.cross.size();
       for (; next < problem_.measurements.size() &&
@@ -403,11 +432,50 @@ class WindowEquations {
     }
   }
 
+  void LinearizeInertial(const InertialProblem& problem, const InverseDepthState& state) {
+    auto gradient = m_.gradient.tail<7>();
+    m_.inertial_by_poses.setZero(7, inertial_at_);
+    m_.inertial = problem.prior.information;
+    gradient = problem.prior.information * state.inertial - problem.prior.right;
+    const InertialVector derivative = GravityDerivative(state.inertial);
+    m_.inertial += derivative * derivative.transpose();
+    gradient += GravityError(state.inertial) * derivative;
+    for (const InertialTriple& t : problem.triples) {
+      const InertialResidual r = ResidualOf(t, PosesOf(t, state), problem.lever, state.inertial);
+      const double weight = LossOf(r.value.squaredNorm(), problem_.huber_chi2).weight;
+      m_.inertial += weight * r.by_inertial.transpose() * r.by_inertial;
+      gradient += weight * r.by_inertial.transpose() * r.value;
+      const std::array<int, 3> poses{t.before, t.middle, t.after};
+      std::array<Eigen::Matrix<double, 3, 6>, 3> by_pose;
+      for (size_t i = 0; i < 3; ++i) {
+        // The centre moves by -R^T v under a step v.
+        by_pose[i] << -r.by_center[i] *
+                          state.poses[poses[i]].rotation.conjugate().toRotationMatrix(),
+            r.by_rotation[i];
+        if (poses[i] >= problem_.free_poses) continue;
+        Gradient(poses[i]) += weight * by_pose[i].transpose() * r.value;
+        m_.inertial_by_poses.middleCols<6>(6 * poses[i]) +=
+            weight * r.by_inertial.transpose() * by_pose[i];
+      }
+      for (size_t i = 0; i < 3; ++i)
+        for (size_t j = 0; j < 3; ++j)
+          if (poses[i] < problem_.free_poses && poses[j] <= poses[i])
+            Hessian(poses[i], poses[j]) += weight * by_pose[i].transpose() * by_pose[j];
+    }
+  }
+
   const InverseDepthProblem& problem_;
   InverseDepthSolver::Memory& m_;
+  Eigen::Index inertial_at_ = 0;  // in the system: after the poses
 };
 
 }  // namespace
+
+double WeightOf(const DepthPrior& prior, double inverse_depth) {
+  if (!prior.is_measured) return 1;
+  const double off = (inverse_depth - prior.inverse_depth) / prior.sigma;
+  return 1 / (1 + off * off / kCauchyChi2);
+}
 
 double CostOf(const InverseDepthProblem& problem, const InverseDepthState& state,
               std::optional<double> outlier_chi2) {
@@ -422,6 +490,7 @@ InverseDepthProblem WithoutPriors(InverseDepthProblem problem) {
   problem.velocities.clear();
   problem.turn_rates.clear();
   problem.rotations.clear();
+  problem.inertial.reset();
   for (DepthPrior& p : problem.points) p.sigma = kUnknown;
   return problem;
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "oaslam/estimation/schur_options.h"
+#include "oaslam/odometry/inertial.h"
 #include "oaslam/odometry/turn.h"
 #include "oaslam/rigid3.h"
 
@@ -31,7 +32,11 @@ struct DepthPrior {
   int anchor = 0;       // pose of the image that saw the point first
   Eigen::Vector2d ray;  // in the anchor
   double inverse_depth = 1, sigma = 1;
+  bool is_measured = false;  // it may be that of another surface: then its loss is Cauchy's
 };
+
+// By how much less than a Gaussian a prior counts for a point of this inverse depth, 0 to 1.
+double WeightOf(const DepthPrior& prior, double inverse_depth);
 
 // The prior that the camera keeps its velocity between three images, in the order of their times.
 // It is weak, and keeps the position of a camera that only turns from drifting.
@@ -63,6 +68,13 @@ struct RotationPrior {
   Turn turn;
 };
 
+// What an IMU tells of the poses. Its unknowns are part of the state.
+struct InertialProblem {
+  InertialPrior prior;
+  Eigen::Vector3d lever = Eigen::Vector3d::Zero();  // the IMU in the camera's frame, metres
+  std::vector<InertialTriple> triples{};
+};
+
 struct InverseDepthProblem {
   int free_poses = 0;  // the first ones; the others are held
   std::vector<DepthPrior> points;
@@ -71,6 +83,7 @@ struct InverseDepthProblem {
   std::vector<TurnRatePrior> turn_rates;
   std::vector<RotationPrior> rotations;
   std::optional<LengthPrior> length;
+  std::optional<InertialProblem> inertial;
   double corner_chi2 = 0;          // of the measurements' pseudo-Huber loss
   double huber_chi2 = 0;           // of the turn rates, and where solutions are compared
   double least_inverse_depth = 0;  // of a point; slightly below 0 (infinity) because of noise
@@ -79,6 +92,7 @@ struct InverseDepthProblem {
 struct InverseDepthState {
   std::vector<Rigid3> poses;  // cam_from_odom
   std::vector<double> inverse_depths;
+  InertialVector inertial = InertialVector::Zero();  // only where the problem has such a part
 };
 
 // A point has no projection in an image in which its depth is less than this share of its depth in
@@ -115,7 +129,7 @@ void SearchDepths(double usual, const InverseDepthProblem& problem, InverseDepth
 // The scale of what the last free pose sees, as it depends on the poses: the mean logarithm of the
 // inverse depths of its points, weighted by how well they are known.
 struct ScaleInView {
-  Eigen::VectorXd by_poses;  // its derivative by the free poses, in the order of PoseVector
+  Eigen::VectorXd by_poses;  // its derivative by what `information` is of
   double variance = 0;       // of the mean, given the poses; 1 without any depth
 };
 
@@ -123,7 +137,8 @@ struct InverseDepthReport {
   MinimizationReport solver;
   std::vector<double> variances;  // of each inverse depth, given the poses
   // The information matrix of the free poses, with the points eliminated: the normal equations at
-  // the last linearisation, in the order of PoseVector. Empty without `with_information`.
+  // the last linearisation, in the order of PoseVector, and then the inertial unknowns, if there
+  // are such. Empty without `with_information`.
   Eigen::MatrixXd information;
   ScaleInView scale;  // only with `with_information`
 };

@@ -22,8 +22,9 @@ MotionsSince::MotionsSince(const Window& window, const WindowImage& pivot,
   loose_ = made_.problem;
   loose_.velocities.clear();
   loose_.turn_rates.clear();
+  loose_.inertial.reset();
   for (size_t k = 0; k < made_.points.size(); ++k)
-    if (IsNew(k)) loose_.points[k].sigma *= kLoose;
+    if (IsNew(k) && !window_.points[made_.points[k]].is_measured) loose_.points[k].sigma *= kLoose;
 }
 
 MotionsSince::Start MotionsSince::Present() const {
@@ -79,6 +80,7 @@ Window MotionsSince::Made(const Start& start) const {
   for (size_t k = 0; k < made_.points.size(); ++k) {
     if (!IsNew(k)) continue;
     WindowPoint& p = window.points[made_.points[k]];
+    if (p.is_measured) continue;
     p.prior_inverse_depth = p.inverse_depth;
     p.prior_sigma = std::max(std::abs(p.inverse_depth), window.median_inverse_depth);
   }

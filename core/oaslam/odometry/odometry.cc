@@ -42,6 +42,8 @@ const char* ToString(OdometryState state) {
       return "tracking";
     case OdometryState::kUncertain:
       return "uncertain";
+    case OdometryState::kInertial:
+      return "inertial";
     case OdometryState::kBlind:
       return "blind";
   }
@@ -57,8 +59,9 @@ Odometry::Odometry(const Camera& camera, const OdometryOptions& options, uint64_
 }
 
 OdometryEstimate Odometry::Process(const GreyImage& image, double time_s,
-                                   std::span<const AngularVelocity> angular_velocity) {
-  gyroscope_.Add(angular_velocity);
+                                   const OdometrySensors& sensors) {
+  AddSamples(sensors);
+  TakeDepth(sensors.depth);
   present_ = TrackedImage(image);
   OdometryEstimate estimate;
   if (!window_.images.empty()) ProcessNext(time_s, estimate);
@@ -69,11 +72,26 @@ OdometryEstimate Odometry::Process(const GreyImage& image, double time_s,
   if (window_.images.empty()) {
     BeginFirst(time_s);
     estimate.is_keyframe = true;
+    if (!is_beginning_ && estimate.state != OdometryState::kBlind)
+      estimate.state = OdometryState::kTracking;
   }
   estimate.run = run_;
   estimate.image = window_.newest().id;
   estimate.scale_drift = scale_drift_;
   estimate.focal_ratio = lens_.ratio();
+  if (window_.inertial) {
+    estimate.metres_per_unit = window_.inertial->value[0];
+    estimate.metre_sigma = kOfMetreSigma * metre_sigma_;
+    estimate.gravity_in_cam =
+        window_.newest().cam_from_odom.rotation * window_.inertial->value.segment<3>(1);
+  }
+  if (units_per_metre_ > 0) {
+    // The calibration of a depth camera is off by about so much.
+    constexpr double kSigma = 0.01;
+    estimate.metres_per_unit = 1 / units_per_metre_;
+    estimate.metre_sigma = kSigma;
+    estimate.metre_is_by_depth = true;
+  }
   last_motions_.push_back({time_s, window_.newest().cam_from_odom});
   if (last_motions_.size() > 2) last_motions_.erase(last_motions_.begin());
   if (!is_beginning_)
@@ -98,6 +116,8 @@ void Odometry::BeginAnew() {
   doubt_ = 0;
   rival_watch_ = {};
   last_motions_.clear();
+  held_triples_.clear();
+  units_per_metre_ = 0;
 }
 
 void Odometry::ReplaceLens(double ratio) {
@@ -113,12 +133,16 @@ void Odometry::SetMask(const ImageMask& mask) {
 
 void Odometry::ProcessNext(double time_s, OdometryEstimate& estimate) {
   const std::optional<Turn> turn = gyroscope_.Between(window_.newest().time_s, time_s);
-  window_.images.push_back({window_.newest().id + 1, time_s, Predict(time_s, turn)});
-  window_.newest().turn = turn;
+  const WindowImage& last = window_.newest();
+  WindowImage next{.id = last.id + 1, .time_s = time_s, .turn = turn};
+  if (turn) next.push = accelerometer_.Between(last.time_s, time_s, gyroscope_.calibration());
+  window_.images.push_back(std::move(next));
+  window_.newest().cam_from_odom = Predict(time_s, turn);
   estimate.tracked = Follow();
+  MeasureSightings();
   const Rigid3 predicted = window_.newest().cam_from_odom;
   if (estimate.tracked < kLeastPoints) {
-    estimate.state = OdometryState::kBlind;
+    FollowInertia(predicted, estimate);
     return;
   }
   estimate.is_keyframe = NeedsKeyframe(estimate);
@@ -129,13 +153,14 @@ void Odometry::ProcessNext(double time_s, OdometryEstimate& estimate) {
   } else {
     EstimatePose(predicted, estimate);
     if (estimate.inliers < kLeastPoints || estimate.inliers < kLeastShare * estimate.tracked) {
-      estimate.state = OdometryState::kBlind;
+      FollowInertia(predicted, estimate);
       return;
     }
   }
+  seen_s_ = time_s;
   const double elapsed = time_s - window_.images[window_.images.size() - 2].time_s;
   const bool is_uncertain =
-      !is_beginning_ &&
+      !is_beginning_ && !window_.inertial &&
       IsUncertain(elapsed, static_cast<double>(estimate.inliers) / estimate.tracked);
   if (is_uncertain) estimate.state = OdometryState::kUncertain;
   LearnGyroscope(estimate);
@@ -177,6 +202,8 @@ std::vector<OdometryDepth> Odometry::Depths() const {
     if (p.is_tracked && p.HasDepth() && !p.sightings.empty() &&
         p.sightings.back().image == window_.newest().id)
       depths.push_back({p.sightings.back().ray, window_.InverseDepthIn(p, window_.newest())});
+    else if (p.is_measured && p.anchor == window_.newest().id)
+      depths.push_back({p.ray, p.inverse_depth});
   return depths;
 }
 
@@ -191,7 +218,7 @@ void Odometry::BeginFirst(double time_s) {
   window_.images.push_back({0, time_s, Rigid3(), true, true});
   preliminary_ = {};
   keyframe_id_ = 0;
-  AddPoints();
+  AddFirstPoints();
 }
 
 // Velocity and angular velocity stay, unless a gyroscope tells the rotation.
@@ -214,6 +241,8 @@ Rigid3 Odometry::Predict(double time_s, const std::optional<Turn>& measured) con
       measured ? Eigen::Quaterniond(measured->second_from_first)
                : Eigen::Quaterniond(Eigen::AngleAxisd(share * usual.angle(), usual.axis()));
   const Eigen::Quaterniond rotation = turn * Eigen::Quaterniond(last.cam_from_odom.rotation);
+  if (const auto by_inertia = CenterByInertia(Rigid3::Rotation(rotation)))
+    return Rigid3(Rigid3::Rotation(rotation), rotation * -*by_inertia);
   return Rigid3(Rigid3::Rotation(rotation),
                 rotation * -(is_beginning_ ? center : center + share * step));
 }
@@ -262,8 +291,10 @@ void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate)
   const WindowImage& last = window_.images[window_.images.size() - 2];
   const double elapsed = window_.newest().time_s - last.time_s;
   std::vector<PosePoint> points = NewestPoints(predicted);
+  // Of a first step the velocity before is not known.
+  const double change = last_motions_.size() < 2 ? 1 : elapsed;
   PoseFitPrior prior{predicted.OriginInSource(),
-                     std::max(1e-4, window_options_.velocity_sigma * elapsed * elapsed /
+                     std::max(1e-4, window_options_.velocity_sigma * elapsed * change /
                                         window_.median_inverse_depth)};
   if (const std::optional<Turn>& turn = window_.newest().turn)
     prior.rotation = Turn{turn->second_from_first * last.cam_from_odom.rotation, turn->variance};
@@ -271,6 +302,10 @@ void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate)
   if (options_.watches_lens && WatchLens(points, prior, pose)) {
     points = NewestPoints(pose);
     pose = RefinePose(points, window_options_, prior, 1, pose);
+  }
+  if (ContradictsGyroscope(pose, prior)) {
+    estimate.inliers = 0;
+    return;
   }
   // Points that do not fit show a wrong minimum. Where all do, the pose alone is enough until a
   // keyframe tells more of the depths.
@@ -309,7 +344,12 @@ void Odometry::AddScaleDrift() {
   }
   const double added =
       kOfSigma * kOfSigma * scale_variance_ * (now - keyframe) / std::max(1e-6, now - held);
-  scale_drift_ += added >= 0 && added < kMost ? added : kMost;
+  // Where a sensor holds the metre, the scale wanders no further than the sensor's errors.
+  constexpr double kOfMetre = 0.003;  // in a second
+  const double most = window_.inertial || units_per_metre_ > 0
+                          ? kOfMetre * kOfMetre * std::max(0.0, now - keyframe)
+                          : kMost;
+  scale_drift_ += added >= 0 && added < most ? added : most;
 }
 
 // Looks, from time to time, whether another motion explains the newest images better, and takes it.
@@ -365,12 +405,22 @@ void Odometry::OptimizeWindow(std::span<const Rigid3> starts) {
   }
   if (best_state.poses.empty()) return;
   made.Apply(best_state, window_);
-  for (size_t k = 0; k < best.variances.size(); ++k)
-    window_.points[made.points[k]].variance = best.variances[k];
+  for (size_t k = 0; k < best.variances.size(); ++k) {
+    WindowPoint& point = window_.points[made.points[k]];
+    point.variance = best.variances[k];
+    CompareDepth(point);
+  }
   const Eigen::Index n = best.information.rows();
   if (n > 0) {
     best.information.diagonal().array() += 1e-9;
     const auto factor = best.information.ldlt();
+    if (window_.inertial) {
+      constexpr Eigen::Index kOnes = InertialVector::RowsAtCompileTime;
+      told_ = factor.solve(Eigen::MatrixXd::Identity(n, n).rightCols<kOnes>()).bottomRows<kOnes>();
+      metre_sigma_ = std::sqrt(told_(0, 0)) / window_.inertial->value[0];
+      // A unit of no or negative length is no solution.
+      if (!(window_.inertial->value[0] > 0 && told_(0, 0) > 0)) BeginImuAnew();
+    }
     covariance_ = factor.solve(Eigen::MatrixXd::Identity(n, n).middleCols(6 * newest, 6))
                       .middleRows(6 * newest, 6);
     scale_variance_ =

@@ -1,15 +1,19 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "oaslam/angular_velocity.h"
 #include "oaslam/camera.h"
+#include "oaslam/features/depth_map.h"
 #include "oaslam/features/image_mask.h"
+#include "oaslam/odometry/accelerometer.h"
 #include "oaslam/odometry/beginning.h"
 #include "oaslam/odometry/corners.h"
 #include "oaslam/odometry/grey_pyramid.h"
@@ -33,10 +37,21 @@ struct OdometryOptions {
   bool watches_lens = false;
 };
 
+// What sensors beside the camera measured. The samples of a gyroscope or an IMU ascend, too, over
+// all calls; they should reach up to a quarter of a second beyond the image, the most that their
+// clock may be ahead of the camera's.
+struct OdometrySensors {
+  std::span<const AngularVelocity> angular_velocity{};
+  std::span<const ImuSample> imu{};
+  std::shared_ptr<const DepthMap> depth{};
+};
+
 enum class OdometryState {
   kPreliminary,  // by the motion that explains the images best so far
   kTracking,
   kUncertain,  // many points do not fit, as in blurred images: the pose may be off by degrees
+  kInertial,   // as kBlind, but the accelerations since the last image that showed something tell
+               // the pose, for a second or two
   kBlind,  // too few points agree on a pose, or too small a share of them, as without texture or at
            // a cut: the pose is a guess, and must not be reported
 };
@@ -74,29 +89,66 @@ struct OdometryEstimate {
   // The focal length of the image, divided by that of the camera; 1 unless the lens was seen to
   // change.
   double focal_ratio = 1;
+  // The length of the odometry's unit in metres, and its standard deviation, divided by it; 0:
+  // not known.
+  double metres_per_unit = 0, metre_sigma = 0;
+  bool metre_is_by_depth = false;  // by a depth camera, not by an IMU
+  // Along the camera's axes, m/s^2, by the accelerometer.
+  std::optional<Eigen::Vector3d> gravity_in_cam{};
+};
+
+// Whether a depth camera agrees with what the images tell, as seen from time to time.
+class DepthTrust {
+ public:
+  // A depth that was measured, by the one that the images tell, and the sigma of the logarithm.
+  struct View {
+    double log_ratio = 0, sigma = 0;
+  };
+  using Views = std::vector<View>;
+  // Depths are also looked up where their image is magnified by these factors: they fit best there
+  // if the camera of the depths, to which they are not registered, has another focal length.
+  static constexpr std::array kZooms{0.85F, 0.9F, 0.95F, 1.0F, 1.05F, 1.1F, 1.15F};
+  static constexpr size_t kUnzoomed = 3;
+
+  bool IsDue(double time_s) const;
+  // The points of an image, for each zoom.
+  void Add(double time_s, std::span<const Views> at_zooms);
+  // In a sentence's end; empty while there is none.
+  std::string Problem() const;
+
+ private:
+  std::optional<double> judged_s_;
+  int views_ = 0;
+  // Sums over the views: of the shares of depths that contradict the images, and of the spread.
+  double share_off_ = 0;
+  std::array<double, kZooms.size()> spread_{};
 };
 
 // Visual odometry of one camera: the pose of every image in a frame of its own, in the unit of the
-// median depth at the beginning, without a map. Points are followed by their patches; a window of
-// keyframes with inverse depths is optimised at each image.
+// median depth at the beginning, or in metres where depths are measured, without a map. Points are
+// followed by their patches; a window of keyframes with inverse depths is optimised at each image.
 class Odometry {
  public:
   Odometry(const Camera& camera, const OdometryOptions& options, uint64_t seed);
 
-  // `image` has the camera's size; times ascend. The samples of a gyroscope ascend, too, over all
-  // calls; they should reach up to a quarter of a second beyond the image, the most that the
-  // gyroscope's clock may be ahead of the camera's.
+  // `image` has the camera's size; times ascend.
   OdometryEstimate Process(const GreyImage& image, double time_s,
-                           std::span<const AngularVelocity> angular_velocity = {});
+                           const OdometrySensors& sensors = {});
+  // How the IMU lies to the camera (cam_from_imu, metres); forgets what was learned of an IMU, and
+  // begins the motion anew, if there is one.
+  void SetImu(const Rigid3& cam_from_imu);
   // From now on follows no point that the mask hides; begins the motion anew, if there is one.
   void SetMask(const ImageMask& mask);
   // The inverse depths of the points in the newest image whose depth is known to a third.
   std::vector<OdometryDepth> Depths() const;
   // From now on the focal length is `ratio` times the camera's; begins the motion anew.
   void ReplaceLens(double ratio);
+  // Whether the depths contradict the images: then they are no longer used.
+  bool RefusesDepth() const { return depth_is_refused_; }
   // Whether the focal length of the lens changes from image to image.
   bool FollowsLens() const { return lens_.is_followed(); }
   const Gyroscope& gyroscope() const { return gyroscope_; }
+  ImuCalibration imu() const;
   // The window as it was optimised last, for tools that measure the search; it has no motion yet
   // while the state is kPreliminary.
   const Window& window() const { return window_; }
@@ -149,7 +201,29 @@ class Odometry {
   void AddPoints();
   void Forget();
   void LearnGyroscope(const OdometryEstimate& estimate);
+  void TakeDepth(const std::shared_ptr<const DepthMap>& depth);
+  std::optional<MeasuredDepth> DepthAt(const Eigen::Vector2f& px) const;
+  std::optional<MeasuredInverseDepth> MeasuredAt(const Eigen::Vector2f& px) const;
+  void MeasureSightings();
+  void AddFirstPoints();
+  void LearnMetre();
+  void CompareDepth(WindowPoint& point);
+  Window WithoutDepths() const;
+  void JudgeDepth();
+  void AddSamples(const OdometrySensors& sensors);
+  void CorrectAxes();
+  void BeginImuAnew();
+  void Hold(WindowImage& image);
+  double CenterSigma() const;
+  void AlignInertial();
+  std::optional<InertialFit> FitOfWindow() const;
+  double InertialMisfit() const;
+  void TellInertial();
+  std::optional<Eigen::Vector3d> CenterByInertia(const Rigid3::Rotation& rotation) const;
   bool IsUncertain(double elapsed, double share_of_inliers);
+  bool ContradictsGyroscope(const Rigid3& pose, const PoseFitPrior& prior) const;
+  bool CanFollowInertia() const;
+  void FollowInertia(const Rigid3& predicted, OdometryEstimate& estimate);
   void BeginAnew();
   bool IsHidden(const Eigen::Vector2f& px) const {
     return mask_.Hides((px.x() + 0.5) / camera_.width, (px.y() + 0.5) / camera_.height);
@@ -185,6 +259,25 @@ class Odometry {
   int keyframe_id_ = -1;
   std::vector<Motion> last_motions_;  // of the two newest images, as they were given
   Gyroscope gyroscope_;
+  Accelerometer accelerometer_;
+  Rigid3 cam_from_imu_;
+  // By which samples along the axes that were given are multiplied: the images have shown that the
+  // axes are others.
+  Eigen::Matrix3d true_axes_ = Eigen::Matrix3d::Identity();
+  std::string imu_problem_;
+  std::vector<KnownTriple> held_triples_;  // of this run
+  // Of the last optimisation: the covariance of the inertial unknowns.
+  InertialMatrix told_ = InertialMatrix::Zero();
+  double metre_sigma_ = 0;  // of the length of the unit, divided by it
+  double seen_s_ = 0;       // time of the newest image whose points tell its pose
+  double told_s_ = 0;       // when a keyframe last kept what is known
+  double acceleration_noise_ = kUsualAccelerationNoise;  // learned
+  bool is_sign_wrong_ = false;                           // of the accelerations
+  int inertial_contradictions_ = 0;                      // of keyframes in a row
+  std::shared_ptr<const DepthMap> depth_;  // of the newest image; null: none, or refused
+  double units_per_metre_ = 0;             // of this run, by a depth camera; 0: not known
+  DepthTrust depth_trust_;
+  bool depth_is_refused_ = false;
   ImageMask mask_;
   bool is_sure_ = false;  // the newest image fits well
   RivalWatch rival_watch_;

@@ -124,10 +124,13 @@ void Odometry::MakeKeyframe() {
     for (WindowImage& image : window_.images) {
       if (free <= options_.window) break;
       if (!image.is_keyframe || image.is_held) continue;
-      image.is_held = true;
+      Hold(image);
       --free;
     }
   }
+  if (!is_beginning_) AlignInertial();
+  LearnMetre();
+  JudgeDepth();
   AddPoints();
 }
 
@@ -140,8 +143,12 @@ void Odometry::AddPoints() {
     tracked.push_back(p.px);
     if (p.HasDepth()) depths.emplace_back(p.px, window_.InverseDepthIn(p, newest));
   }
+  const std::vector<Eigen::Vector2f> corners =
+      FindCorners(present_->level(0), tracked, options_.grid);
+  for (const Eigen::Vector2f& px : corners)
+    if (const auto measured = MeasuredAt(px)) depths.emplace_back(px, measured->value);
   const double median = window_.median_inverse_depth;
-  for (const Eigen::Vector2f& px : FindCorners(present_->level(0), tracked, options_.grid)) {
+  for (const Eigen::Vector2f& px : corners) {
     if (IsHidden(px)) continue;
     WindowPoint point{newest.id, px, RayAt(px)};
     point.px = px;
@@ -161,6 +168,10 @@ void Odometry::AddPoints() {
     }
     point.prior_inverse_depth = point.inverse_depth;
     point.prior_sigma = std::max(point.inverse_depth, median);
+    if (const auto measured = MeasuredAt(px)) {
+      point.SetMeasured(*measured);
+      point.inverse_depth = measured->value;
+    }
     point.variance = point.prior_sigma * point.prior_sigma;
     window_.points.push_back(std::move(point));
   }

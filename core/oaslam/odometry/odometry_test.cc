@@ -56,5 +56,103 @@ TEST_F(OdometryTest, AnImageWithoutTextureEndsTheRun) {
   EXPECT_GT(estimate.tracked, 40);
 }
 
+// The wall is 2 m away.
+class OdometryDepthTest : public OdometryTest {
+ protected:
+  // The measured depths as a function of x, 0 to 1.
+  template <typename Depth>
+  OdometryEstimate SeeWith(int place, Depth&& depth) {
+    constexpr int kWidth = 80, kHeight = 60;
+    std::vector<float> z;
+    for (int i = 0; i < kWidth * kHeight; ++i)
+      z.push_back(static_cast<float>(depth((i % kWidth + 0.5) / kWidth)));
+    const GreyBuffer image = synthetic::Drawn(kWallWidth, kWallHeight,
+                                              [&](int x, int y) { return wall_.At(place + x, y); });
+    return odometry_.Process(
+        image.view(), ++images_ / 30.0,
+        {{},
+         {},
+         std::make_shared<const DepthMap>(kWidth, kHeight, std::move(z), kWallWidth, kWallHeight,
+                                          .002, .002)});
+  }
+  static double Right(double) { return 2; }
+  static constexpr double kStep = 2 * 2.0 / 300;  // of the camera, m, where the image moves by 2 px
+};
+
+TEST_F(OdometryDepthTest, TheMotionIsInMetresFromTheFirstImageOn) {
+  OdometryEstimate estimate = SeeWith(0, Right);
+  EXPECT_EQ(estimate.state, OdometryState::kTracking);
+  EXPECT_EQ(estimate.metres_per_unit, 1);
+  EXPECT_GT(odometry_.Depths().size(), 40U);
+  for (int i = 1; i < 20; ++i) {
+    estimate = SeeWith(2 * i, Right);
+    ASSERT_EQ(estimate.state, OdometryState::kTracking) << i;
+    EXPECT_NEAR(estimate.cam_from_odom.OriginInSource().x(), i * kStep, .02 * i * kStep + .002);
+  }
+  EXPECT_EQ(estimate.run, 0);
+  EXPECT_EQ(estimate.metres_per_unit, 1);
+  EXPECT_GT(estimate.metre_sigma, 0);
+}
+
+TEST_F(OdometryDepthTest, ARunThatBeginsAnewIsInMetresAtOnce) {
+  for (int i = 0; i < 5; ++i) SeeWith(2 * i, Right);
+  EXPECT_EQ(See(synthetic::Drawn(kWallWidth, kWallHeight, [](int, int) { return 90; })).state,
+            OdometryState::kBlind);
+  OdometryEstimate estimate;
+  for (int i = 0; i < 5; ++i) estimate = SeeWith(10 + 2 * i, Right);
+  EXPECT_EQ(estimate.state, OdometryState::kTracking);
+  EXPECT_GT(estimate.run, 0);
+  EXPECT_EQ(estimate.metres_per_unit, 1);
+}
+
+TEST_F(OdometryDepthTest, WithoutDepthsTheUnitIsNotKnown) {
+  OdometryEstimate estimate;
+  for (int i = 0; i < 5; ++i) estimate = SeeWith(2 * i, [](double) { return 0; });
+  EXPECT_EQ(estimate.state, OdometryState::kPreliminary);
+  EXPECT_EQ(estimate.metres_per_unit, 0);
+}
+
+TEST_F(OdometryDepthTest, ASurfaceThatIsElsewhereDoesNotBendTheMotion) {
+  // A tenth of the image has the depth of something nearer.
+  const auto some_wrong = [](double x) { return x > .2 && x < .3 ? 1.2 : 2.0; };
+  OdometryEstimate estimate;
+  for (int i = 0; i < 30; ++i) estimate = SeeWith(2 * i, some_wrong);
+  EXPECT_EQ(estimate.state, OdometryState::kTracking);
+  EXPECT_NEAR(estimate.cam_from_odom.OriginInSource().x(), 29 * kStep, .05 * 29 * kStep);
+}
+
+TEST_F(OdometryDepthTest, DepthsThatContradictTheImagesAreNotUsed) {
+  const auto wrong = [](double x) { return 1.2 + 1.6 * std::abs(x - .5) * 2; };
+  bool is_refused = false;
+  for (int i = 0; i < 250 && !is_refused; ++i) {
+    const OdometryEstimate estimate = SeeWith(2 * i, wrong);
+    is_refused = odometry_.RefusesDepth();
+    EXPECT_EQ(estimate.metres_per_unit, is_refused ? 0 : 1);
+  }
+  EXPECT_TRUE(is_refused);
+}
+
+TEST(DepthTrustTest, AnUnregisteredDepthFitsMagnified) {
+  const auto problem_of = [](size_t best_zoom, double spread, double share_wrong) {
+    DepthTrust trust;
+    for (int image = 0; image < 5; ++image) {
+      EXPECT_TRUE(trust.IsDue(image));
+      std::array<DepthTrust::Views, DepthTrust::kZooms.size()> views;
+      for (size_t zoom = 0; zoom < views.size(); ++zoom)
+        for (int i = 0; i < 100; ++i) {
+          const double off = zoom == best_zoom ? .5 * spread : spread;
+          const bool is_wrong = i < 100 * share_wrong;
+          views[zoom].push_back({.3 + (i % 2 ? off : -off) + (is_wrong ? 1 : 0), .01});
+        }
+      trust.Add(image, views);
+    }
+    return trust.Problem();
+  };
+  EXPECT_EQ(problem_of(5, .004, .05), "");
+  EXPECT_NE(problem_of(5, .03, .05).find("magnified by 0.91"), std::string::npos);
+  EXPECT_NE(problem_of(DepthTrust::kUnzoomed, .01, .45).find("45 % of them contradict"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace oaslam

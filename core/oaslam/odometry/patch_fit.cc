@@ -14,13 +14,13 @@
 namespace oaslam {
 namespace {
 
-constexpr int kHalf = 5, kSide = 2 * kHalf, kPixels = kSide * kSide;
+constexpr int kHalfSide = 5, kSide = 2 * kHalfSide, kPixels = kSide * kSide;
 
 using Values = std::array<float, kPixels>;
 using Six = Eigen::Matrix<double, 6, 1>;
 
 // The offset of a row or column from the middle of the patch.
-constexpr float OffsetOf(int i) { return static_cast<float>(i - kHalf) + 0.5F; }
+constexpr float OffsetOf(int i) { return static_cast<float>(i - kHalfSide) + 0.5F; }
 
 // Places of a patch's pixels, row by row, about its middle, with a rim.
 template <int kRim>
@@ -43,7 +43,8 @@ constexpr Grid<1> kWide;
 constexpr Values MakeRootWeights() {
   Values roots{};
   for (int i = 0; i < kPixels; ++i)
-    roots[i] = 1 - (kPatch.x[i] * kPatch.x[i] + kPatch.y[i] * kPatch.y[i]) / (2.2F * kHalf * kHalf);
+    roots[i] = 1 - (kPatch.x[i] * kPatch.x[i] + kPatch.y[i] * kPatch.y[i]) /
+                       (2.2F * kHalfSide * kHalfSide);
   return roots;
 }
 constexpr Values kRootWeights = MakeRootWeights();
@@ -143,7 +144,7 @@ struct FirstPatch {
         const float* at = &wide[(r + 1) * kWidth + c + 1];
         const int i = r * kSide + c;
         const float dx = 0.5F * (at[1] - at[-1]), dy = 0.5F * (at[kWidth] - at[-kWidth]);
-        const float x = kPatch.x[i] / kHalf, y = kPatch.y[i] / kHalf;
+        const float x = kPatch.x[i] / kHalfSide, y = kPatch.y[i] / kHalfSide;
         grey[i] = at[0];
         by[0][i] = dx;
         by[1][i] = dy;
@@ -167,11 +168,11 @@ std::optional<PatchFit> FitPatch(const GreyImage& first, const Eigen::Vector2f& 
   // Of the stretch, since the start; and of a grey value: together they say how much of a stretch
   // that the patch hardly shows is believed.
   constexpr double kStretch = 0.1, kNoise = 3;
-  constexpr double kHeld = (kNoise / (kStretch * kHalf)) * (kNoise / (kStretch * kHalf));
+  constexpr double kHeld = (kNoise / (kStretch * kHalfSide)) * (kNoise / (kStretch * kHalfSide));
   constexpr float kLeastContrast = 0.1F * kWeight;  // squared grey levels: noise
   constexpr int kMaxIterations = 10;
   constexpr float kSettledPx = 0.05F;
-  if (!CanRead(first, px, Eigen::Vector2f::Constant(kHalf + 1))) return std::nullopt;
+  if (!CanRead(first, px, Eigen::Vector2f::Constant(kHalfSide + 1))) return std::nullopt;
   FirstPatch patch(first, px);
   for (int k = 0; k < 2; ++k) patch.information(k, k) += 1e-6;
   for (int k = 2; k < 6; ++k) patch.information(k, k) += kHeld;
@@ -182,7 +183,7 @@ std::optional<PatchFit> FitPatch(const GreyImage& first, const Eigen::Vector2f& 
   PatchFit fit{start};
   PatchPose& pose = fit.pose;
   for (int iteration = 0;; ++iteration) {
-    const Eigen::Vector2f reach = pose.stretch.cwiseAbs() * Eigen::Vector2f::Constant(kHalf);
+    const Eigen::Vector2f reach = pose.stretch.cwiseAbs() * Eigen::Vector2f::Constant(kHalfSide);
     if (!CanRead(second, pose.px, reach)) return std::nullopt;
     Values seen;
     Sample(second, pose, kPatch, seen);
@@ -197,10 +198,10 @@ std::optional<PatchFit> FitPatch(const GreyImage& first, const Eigen::Vector2f& 
     for (int k = 0; k < 6; ++k) gradient(k) = static_cast<double>(Product(seen, patch.by[k]));
     const Eigen::Matrix2f change = start_from_patch * pose.stretch - Eigen::Matrix2f::Identity();
     for (int k = 0; k < 4; ++k)
-      gradient(2 + k) += kHeld * kHalf * static_cast<double>(change(k / 2, k % 2));
+      gradient(2 + k) += kHeld * kHalfSide * static_cast<double>(change(k / 2, k % 2));
     const Eigen::Matrix<float, 6, 1> step = solver.solve(gradient).cast<float>();
-    const Eigen::Matrix2f stretch{{1 + step(2) / kHalf, step(3) / kHalf},
-                                  {step(4) / kHalf, 1 + step(5) / kHalf}};
+    const Eigen::Matrix2f stretch{{1 + step(2) / kHalfSide, step(3) / kHalfSide},
+                                  {step(4) / kHalfSide, 1 + step(5) / kHalfSide}};
     pose.stretch *= stretch.inverse();
     pose.px -= pose.stretch * step.head<2>();
     const float area = pose.stretch.determinant();

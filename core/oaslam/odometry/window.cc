@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "oaslam/util/check.h"
 #include "oaslam/util/median.h"
@@ -86,6 +87,12 @@ const Eigen::Vector2d* WindowPoint::RayIn(int image) const {
   return seen ? &seen->ray : nullptr;
 }
 
+void WindowPoint::SetMeasured(const MeasuredInverseDepth& measured) {
+  is_measured = true;
+  prior_inverse_depth = measured.value;
+  prior_sigma = measured.sigma;
+}
+
 bool Window::Has(int id) const {
   return std::ranges::binary_search(images, id, {}, &WindowImage::id);
 }
@@ -117,6 +124,9 @@ void Window::Remove(int id) {
     const double depth_there = InverseDepthIn(point, Image(next.image));
     point.variance *= std::pow(depth_there / std::max(point.inverse_depth, 1e-6), 2);
     point.inverse_depth = point.prior_inverse_depth = depth_there;
+    if (std::exchange(point.is_measured, false))
+      point.prior_sigma = std::max(depth_there, median_inverse_depth);
+    if (next.measured) point.SetMeasured(*next.measured);
     point.anchor = next.image;
     point.anchor_px = next.px;
     point.ray = next.ray;
@@ -133,6 +143,12 @@ void Window::EraseImages(const std::vector<bool>& is_erased) {
     if (!is_erased[i]) continue;
     const std::optional<Turn>& first = images[i].turn;
     std::optional<Turn>& second = images[i + 1].turn;
+    if (images[i].push && images[i + 1].push && first)
+      images[i + 1].push =
+          Composed(*images[i].push, first->second_from_first.conjugate().toRotationMatrix(),
+                   *images[i + 1].push);
+    else
+      images[i + 1].push.reset();
     if (first && second)
       second = Turn{(second->second_from_first * first->second_from_first).normalized(),
                     first->variance + second->variance};
@@ -181,6 +197,7 @@ InverseDepthState WindowProblem::StateOf(const Window& window) const {
   InverseDepthState state;
   for (const int i : images) state.poses.push_back(window.images[i].cam_from_odom);
   for (const int i : points) state.inverse_depths.push_back(window.points[i].inverse_depth);
+  if (window.inertial) state.inertial = window.inertial->value;
   return state;
 }
 
@@ -189,12 +206,19 @@ void WindowProblem::Apply(const InverseDepthState& state, Window& window) const 
     window.images[images[k]].cam_from_odom = state.poses[k];
   for (size_t k = 0; k < points.size(); ++k)
     window.points[points[k]].inverse_depth = state.inverse_depths[k];
+  if (window.inertial) window.inertial->value = state.inertial;
 }
 
 int WindowProblem::PoseOf(const Window& window, int image) const {
   for (size_t k = 0; k < images.size(); ++k)
     if (window.images[images[k]].id == image) return static_cast<int>(k);
   return -1;
+}
+
+std::optional<InertialTriple> TripleOf(const Window& window, size_t last) {
+  const auto& images = window.images;
+  if (last < 2 || !images[last - 1].push || !images[last].push) return std::nullopt;
+  return InertialTriple{0, 0, 0, *images[last - 1].push, *images[last].push};
 }
 
 WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool with_outliers) {
@@ -220,7 +244,8 @@ WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool
     const int point = static_cast<int>(problem.points.size());
     ImagesOfPoint of(window, p);
     made.points.push_back(static_cast<int>(i));
-    problem.points.push_back({pose_of[of.anchor()], p.ray, p.prior_inverse_depth, p.prior_sigma});
+    problem.points.push_back(
+        {pose_of[of.anchor()], p.ray, p.prior_inverse_depth, p.prior_sigma, p.is_measured});
     for (const Sighting& s : p.sightings) {
       const size_t image = of.Of(s);
       problem.measurements.push_back(
@@ -241,13 +266,25 @@ WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool
     ++before;
   }
   std::ranges::sort(in_time);
+  if (window.inertial)
+    problem.inertial = InertialProblem{window.inertial->prior, window.inertial->lever};
   for (size_t k = 2; k < in_time.size(); ++k) {
     const WindowImage &a = window.images[in_time[k - 2]], &b = window.images[in_time[k - 1]],
                       &c = window.images[in_time[k]];
     const double first = b.time_s - a.time_s, second = c.time_s - b.time_s;
-    problem.velocities.push_back(
-        {pose_of[in_time[k - 2]], pose_of[in_time[k - 1]], pose_of[in_time[k]], first, second,
-         options.velocity_sigma * 0.5 * (first + second) / window.median_inverse_depth});
+    auto triple = window.inertial && in_time[k] == in_time[k - 2] + 2 ? TripleOf(window, in_time[k])
+                                                                      : std::nullopt;
+    if (triple) {
+      triple->before = pose_of[in_time[k - 2]];
+      triple->middle = pose_of[in_time[k - 1]];
+      triple->after = pose_of[in_time[k]];
+      triple->sigma = window.inertial->noise * std::sqrt(triple->seconds());
+      problem.inertial->triples.push_back(*std::move(triple));
+    } else {
+      problem.velocities.push_back(
+          {pose_of[in_time[k - 2]], pose_of[in_time[k - 1]], pose_of[in_time[k]], first, second,
+           options.velocity_sigma * 0.5 * (first + second) / window.median_inverse_depth});
+    }
     // A gyroscope tells more.
     if (!c.turn)
       problem.turn_rates.push_back({pose_of[in_time[k - 2]], pose_of[in_time[k - 1]],

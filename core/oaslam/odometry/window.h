@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "oaslam/odometry/inertial.h"
 #include "oaslam/odometry/inverse_depth_solver.h"
 #include "oaslam/odometry/patch_edge.h"
 #include "oaslam/odometry/turn.h"
@@ -20,6 +22,14 @@ struct WindowImage {
   bool is_held = false;             // its pose is no longer changed
   double median_inverse_depth = 1;  // of what it sees
   std::optional<Turn> turn{};       // from the image before, by a gyroscope if there is one
+  std::optional<Push> push{};       // the same, by an accelerometer; only with a turn
+  // What the images up to this one told of the inertial unknowns; of keyframes alone.
+  std::shared_ptr<const InertialPrior> told{};
+};
+
+// An inverse depth by a depth camera, in the unit of the odometry.
+struct MeasuredInverseDepth {
+  double value = 1, sigma = 1;
 };
 
 // A point seen again in an image after its anchor.
@@ -28,7 +38,8 @@ struct Sighting {
   Eigen::Vector2f px;   // in the tracked image
   Eigen::Vector2d ray;  // ideal
   bool is_outlier = false;
-  bool fits = true;  // within WindowOptions::outlier_px
+  bool fits = true;                                // within WindowOptions::outlier_px
+  std::optional<MeasuredInverseDepth> measured{};  // there
 };
 
 struct WindowPoint {
@@ -38,6 +49,7 @@ struct WindowPoint {
   PatchEdge edge{};                               // in the anchor
   double inverse_depth = 1, variance = 1;
   double prior_inverse_depth = 1, prior_sigma = 1;
+  bool is_measured = false;           // the prior is a measurement by a depth camera
   std::vector<Sighting> sightings{};  // by image
 
   // In the newest image.
@@ -51,6 +63,7 @@ struct WindowPoint {
   // Where an image saw the point; null if it did not.
   const Eigen::Vector2f* PxIn(int image) const;
   const Eigen::Vector2d* RayIn(int image) const;
+  void SetMeasured(const MeasuredInverseDepth& measured);
   // Whether the depth is known to a third: then it helps to guess the depths of neighbouring
   // points.
   bool HasDepth() const { return variance < 0.1 * inverse_depth * inverse_depth; }
@@ -98,6 +111,7 @@ struct Window {
   std::vector<WindowPoint> points;
   double median_inverse_depth = 1;  // of what the newest image sees, smoothed
   std::optional<UnitLength> unit;
+  std::optional<WindowInertial> inertial;  // once accelerations have told the length of a metre
 
   bool Has(int id) const;
   const WindowImage& Image(int id) const;
@@ -118,8 +132,8 @@ struct Window {
   void RemoveUnused(int kept_image);
 
  private:
-  // Erases images, by index. The turn of an image is from the image before it: that of the next
-  // image that stays is composed with the turns of the erased ones before it.
+  // Erases images, by index. The turn and the push of an image are from the image before it: those
+  // of the next image that stays are composed with those of the erased ones before it.
   void EraseImages(const std::vector<bool>& is_erased);
 };
 
@@ -138,6 +152,10 @@ struct WindowProblem {
 // All images that are not held are free. `with_outliers`: sightings that are flagged as outliers
 // take part, too.
 WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool with_outliers);
+
+// The triple of an image, which is given by its index in the window, and the two before it; nothing
+// where the accelerometer did not measure all of it. Its poses and its sigma are not set.
+std::optional<InertialTriple> TripleOf(const Window& window, size_t last);
 
 // How the images agree with a window.
 struct WindowFit {

@@ -17,6 +17,7 @@
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/detection_check.h"
 #include "oaslam/objects/presence.h"
+#include "oaslam/relocalization/depth_registration.h"
 #include "oaslam/relocalization/given_input.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/check.h"
@@ -118,6 +119,22 @@ void CheckAngularVelocity(const std::vector<AngularVelocity>& samples, double im
   }
 }
 
+void CheckImu(const ImageInput& input) {
+  // The range of the accelerometers of phones is 160 m/s^2.
+  constexpr double kMost = 1000;
+  if (!input.imu.empty() && !input.angular_velocity.empty())
+    throw InputError("imu and angular_velocity: give only one of them");
+  std::vector<AngularVelocity> rates;
+  for (size_t i = 0; i < input.imu.size(); ++i) {
+    const ImuSample& sample = input.imu[i];
+    rates.push_back({sample.timestamp, sample.angular_velocity});
+    if (!(sample.acceleration.norm() <= kMost))
+      throw BadInput("sample {}: acceleration: {:.6g} m/s^2, allowed: 0 to {:.0f}", i,
+                     sample.acceleration.norm(), kMost);
+  }
+  CheckAngularVelocity(rates, input.timestamp);
+}
+
 std::vector<ObjectDetection> CheckedDetections(const Camera& camera,
                                                const std::vector<Detection>& detections) {
   CheckDetections(detections);
@@ -136,6 +153,8 @@ void FrameMaker::Check(const ImageInput& input) const {
   if (input.motion) CheckMotion(*input.motion);
   CheckGravity(input.gravity_in_cam);
   CheckAngularVelocity(input.angular_velocity, input.timestamp);
+  CheckImu(input);
+  if (input.depth) CheckDepth(*input.depth, *camera_);
   CheckDetections(input.detections);
 }
 

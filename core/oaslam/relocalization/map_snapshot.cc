@@ -140,7 +140,7 @@ bool MapSnapshot::is_up_measured() const {
 }
 bool MapSnapshot::is_metric() const { return content_->map->is_metric; }
 double MapSnapshot::unit_sigma() const {
-  const auto& by_objects = content_->map->unit_by_objects;
+  const auto& by_objects = content_->map->unit_evidence;
   return by_objects ? by_objects->relative_sigma : 0;
 }
 ScaleEstimate MapSnapshot::EstimateScale() const {

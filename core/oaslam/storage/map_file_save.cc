@@ -51,10 +51,16 @@ void WriteMeta(SQLite::Database& database, Checksum& checksum, const Map& map) {
     parts.push_back(fmt::format("{}:{}", part, whole));
   if (!parts.empty()) meta.Write("parts", fmt::format("{}", fmt::join(parts, " ")));
   if (map.is_metric) meta.Write("unit", "metre");
-  if (map.is_metric && map.unit_by_objects) {
-    meta.Write("unit_classes", map.unit_by_objects->classes);
-    meta.Write("unit_objects", map.unit_by_objects->objects);
-    meta.Write("unit_sigma", map.unit_by_objects->relative_sigma);
+  if (map.is_metric && map.unit_evidence) {
+    const UnitEvidence& by = *map.unit_evidence;
+    const bool is_by_objects = by.source == UnitSource::kObjects;
+    if (is_by_objects) {
+      meta.Write("unit_classes", by.classes);
+      meta.Write("unit_objects", by.objects);
+    } else {
+      meta.Write("unit_sensor", by.source == UnitSource::kImu ? "imu" : "depth");
+    }
+    meta.Write("unit_sigma", by.relative_sigma);
   }
   if (map.up) {
     if (map.up_keyframes > 0) meta.Write("up_keyframes", map.up_keyframes);

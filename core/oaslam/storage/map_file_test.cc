@@ -202,18 +202,30 @@ TEST_F(MapFileTest, KeepsRecordings) {
 
 TEST_F(MapFileTest, KeepsWhatTheMetreFollowsFrom) {
   SavedMap saved = MakeMap();
-  saved.map.unit_by_objects = {.relative_sigma = 0.0625, .objects = 11, .classes = 7};
+  saved.map.unit_evidence = {.relative_sigma = 0.0625, .objects = 11, .classes = 7};
   SaveMap(folder / "a.map", saved);
-  EXPECT_FALSE(LoadMap(folder / "a.map").map.unit_by_objects) << "its unit is arbitrary";
+  EXPECT_FALSE(LoadMap(folder / "a.map").map.unit_evidence) << "its unit is arbitrary";
   saved.map.is_metric = true;
   SaveMap(folder / "a.map", saved);
   const SavedMap loaded = LoadMap(folder / "a.map");
   EXPECT_TRUE(loaded.map.is_metric);
-  EXPECT_EQ(loaded.map.unit_by_objects, saved.map.unit_by_objects);
+  EXPECT_EQ(loaded.map.unit_evidence, saved.map.unit_evidence);
   for (const char* change : {"DELETE FROM meta WHERE key = 'unit'",
                              "UPDATE meta SET value = -1 WHERE key = 'unit_sigma'",
                              "UPDATE meta SET value = 0 WHERE key = 'unit_objects'"})
     EXPECT_THAT(ErrorAfter(saved, change), HasSubstrs("a.map", "meta")) << change;
+}
+
+TEST_F(MapFileTest, KeepsTheSensorThatTellsTheMetre) {
+  SavedMap saved = MakeMap();
+  saved.map.is_metric = true;
+  for (const UnitSource source : {UnitSource::kImu, UnitSource::kDepth}) {
+    saved.map.unit_evidence = {.relative_sigma = 0.0125, .source = source};
+    SaveMap(folder / "a.map", saved);
+    EXPECT_EQ(LoadMap(folder / "a.map").map.unit_evidence, saved.map.unit_evidence);
+  }
+  EXPECT_THAT(ErrorAfter(saved, "UPDATE meta SET value = 'nose' WHERE key = 'unit_sensor'"),
+              HasSubstrs("a.map", "meta", "nose", "imu, depth"));
 }
 
 // Format 9 did not say what the metre follows from: it had been given.
@@ -224,7 +236,7 @@ TEST_F(MapFileTest, ReadsFormat9) {
   Change("PRAGMA user_version = 9");
   const SavedMap loaded = LoadMap(folder / "a.map");
   EXPECT_TRUE(loaded.map.is_metric);
-  EXPECT_FALSE(loaded.map.unit_by_objects);
+  EXPECT_FALSE(loaded.map.unit_evidence);
 }
 
 // A map whose times are those of one film.

@@ -131,11 +131,16 @@ std::shared_ptr<const Features> ReadFeatures(RowReader& row, LearnedDescriptors 
   return features;
 }
 
-void ReadUnitByObjects(const std::string& key, RowReader& rows, UnitByObjects& unit) {
+void ReadUnitEvidence(const std::string& key, RowReader& rows, UnitEvidence& unit) {
   if (key == "unit_classes") {
     unit.classes = rows.Int(1);
   } else if (key == "unit_objects") {
     unit.objects = rows.Int(1);
+  } else if (key == "unit_sensor") {
+    const std::string sensor = rows.Text();
+    if (sensor != "imu" && sensor != "depth")
+      rows.Refuse(fmt::format("sensor \"{}\", allowed: imu, depth", sensor));
+    unit.source = sensor == "imu" ? UnitSource::kImu : UnitSource::kDepth;
   } else if (key == "unit_sigma") {
     unit.relative_sigma = rows.Real();
     if (unit.relative_sigma < 0) rows.Refuse("a standard deviation below 0");
@@ -164,8 +169,8 @@ void ReadMeta(SQLite::Database& database, Checksum& checksum, Map& map) {
         rows.Refuse(fmt::format("unit \"{}\", allowed: metre", unit));
       map.is_metric = true;
     } else if (map.is_metric && key.starts_with("unit_")) {
-      if (!map.unit_by_objects) map.unit_by_objects.emplace();
-      ReadUnitByObjects(key, rows, *map.unit_by_objects);
+      if (!map.unit_evidence) map.unit_evidence.emplace();
+      ReadUnitEvidence(key, rows, *map.unit_evidence);
     } else if (key == "movable") {
       map.classes.movable = ReadMovable(rows);
     } else if (key == "parts") {

@@ -5,9 +5,9 @@
 namespace oaslam {
 
 constexpr int32_t kMapApplicationId = 0x4F41534C;  // "OASL"
-// PRAGMA user_version. Format 9 does not say what the metre follows from, 8 lacks the recordings,
-// too; older ones were in no release, and are not read.
-constexpr int32_t kMapFormatVersion = 10, kOldestMapFormatVersion = 8;
+// PRAGMA user_version. Format 10 knows the metre by objects alone. Format 9 does not say what the
+// metre follows from, 8 lacks the recordings, too; older ones were in no release, and are not read.
+constexpr int32_t kMapFormatVersion = 11, kOldestMapFormatVersion = 8;
 
 // The map is stored in parts, each with a checksum of its own (table `parts`). Keyframes and
 // landmarks are in parts of this many ids, each about a megabyte; each submap is one part.

@@ -254,7 +254,8 @@ std::vector<Submap> Atlas::Others() {
 // scaled to metres by the user.
 bool Atlas::MustStayMain() const {
   const Map& map = *main().snapshot();
-  return (is_loaded_ && !map.keyframes.empty()) || !map.anchors.empty() || map.is_metric || metre_;
+  return (is_loaded_ && !map.keyframes.empty()) || !map.anchors.empty() || map.IsMetricByUser() ||
+         metre_;
 }
 
 void Atlas::Finish() {
@@ -299,7 +300,7 @@ void Atlas::SetMapping(bool enabled) {
   mapping_ = enabled;
 }
 
-void Atlas::SetMetresPerUnit(double metres, const std::optional<UnitByObjects>& by_objects) {
+void Atlas::SetMetresPerUnit(double metres, const std::optional<UnitEvidence>& by_objects) {
   EndGrowing();
   main().ScaleToMetres(metres, by_objects);
   if (main().failure()) return;

@@ -84,7 +84,7 @@ class Atlas {
   void SetMapping(bool enabled);
   void ForceRelocalization(const std::optional<Rigid3>& near);
   // Scales the main submap to metres. `by_objects`: as for Session::ScaleToMetres.
-  void SetMetresPerUnit(double metres, const std::optional<UnitByObjects>& by_objects = {});
+  void SetMetresPerUnit(double metres, const std::optional<UnitEvidence>& by_objects = {});
   void SetClassRelations(const ClassRelations& relations);
 
   bool IsInitializing() const {

@@ -134,19 +134,19 @@ double LengthOf(const Map& map, const std::vector<KeyframeId>& keyframes) {
 void TakeUnitOf(const Map& metric, SavedMap& merged) {
   const std::vector<KeyframeId> keyframes = metric.keyframes.Ids();
   const double factor = LengthOf(metric, keyframes) / LengthOf(merged.map, keyframes);
-  ScaleToMetres(factor, metric.unit_by_objects, merged.map, merged.trajectory);
-  if (!metric.unit_by_objects) return;
+  ScaleToMetres(factor, metric.unit_evidence, merged.map, merged.trajectory);
+  if (!metric.unit_evidence || metric.unit_evidence->source != UnitSource::kObjects) return;
   const ScaleEstimate by_all = EstimateScale(merged.map, merged.class_names);
   if (by_all.success)
     ScaleToMetres(by_all.metres_per_unit,
-                  UnitByObjects{by_all.relative_sigma, by_all.objects, by_all.classes}, merged.map,
+                  UnitEvidence{by_all.relative_sigma, by_all.objects, by_all.classes}, merged.map,
                   merged.trajectory);
 }
 
 // How wrong the metre of a map may be.
 double SigmaOfUnit(const Map& map) {
   if (!map.is_metric) return std::numeric_limits<double>::infinity();
-  return map.unit_by_objects ? map.unit_by_objects->relative_sigma : 0;
+  return map.unit_evidence ? map.unit_evidence->relative_sigma : 0;
 }
 
 }  // namespace

@@ -83,14 +83,14 @@ TEST_F(MapMergingTest, TheMetreOfEitherIsTheUnit) {
 }
 
 TEST_F(MapMergingTest, TheMetreThatIsKnownBestIsTheUnit) {
-  const UnitByObjects rough{.relative_sigma = .1, .objects = 4, .classes = 3},
+  const UnitEvidence rough{.relative_sigma = .1, .objects = 4, .classes = 3},
       good{.relative_sigma = .06, .objects = 11, .classes = 7};
-  const auto unit_of = [&](std::optional<UnitByObjects> of_a, std::optional<UnitByObjects> of_b) {
+  const auto unit_of = [&](std::optional<UnitEvidence> of_a, std::optional<UnitEvidence> of_b) {
     SavedMap a = a_, b = b_;
     a.map.is_metric = b.map.is_metric = true;
-    a.map.unit_by_objects = of_a;
-    b.map.unit_by_objects = of_b;
-    return MergeMaps(a, b, kBoth, SlamConfig::Offline()).merged->map.unit_by_objects;
+    a.map.unit_evidence = of_a;
+    b.map.unit_evidence = of_b;
+    return MergeMaps(a, b, kBoth, SlamConfig::Offline()).merged->map.unit_evidence;
   };
   EXPECT_EQ(unit_of(rough, good), good);
   EXPECT_EQ(unit_of(good, rough), good);

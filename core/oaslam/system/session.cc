@@ -43,7 +43,7 @@ void Session::SubmitRest(MapEdit edit) {
   SubmitAndWait(std::move(rest));
 }
 
-void Session::ScaleToMetres(double factor, const std::optional<UnitByObjects>& by_objects) {
+void Session::ScaleToMetres(double factor, const std::optional<UnitEvidence>& by_objects) {
   SubmitRest();
   if (failure()) return;
   Submit(MetricScale{factor, by_objects});

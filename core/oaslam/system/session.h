@@ -32,7 +32,7 @@ class Session {
   void SubmitRest(MapEdit edit = {});
   // Waits until everything seen is in the map, then scales map and tracker to metres. `by_objects`:
   // the evidence for the factor by objects; nothing where the user gave the factor.
-  void ScaleToMetres(double factor, const std::optional<UnitByObjects>& by_objects);
+  void ScaleToMetres(double factor, const std::optional<UnitEvidence>& by_objects);
   // Adds another submap to the map and waits for the mapper. Returns false where mapping has
   // failed.
   bool Join(const Map& other, const Similarity& world_from_other);

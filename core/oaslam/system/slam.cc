@@ -134,6 +134,7 @@ void Slam::Finish() {
   impl_->atlas_->Finish();
   impl_->PostChange();
   impl_->TakeMetre();
+  impl_->TakeSensorsMetre(true);
   if (impl_->session().snapshot()->keyframes.empty() && !why_no_map.empty())
     Log(LogLevel::kWarning,
         "no map was made: {}; it takes a camera that moves sideways past things with "
@@ -155,7 +156,7 @@ void Slam::SetMetresPerUnit(const ScaleEstimate& estimate) {
                    estimate.objects, estimate.classes);
   impl_->SetMetresPerUnit(
       estimate.metres_per_unit,
-      UnitByObjects{estimate.relative_sigma, estimate.objects, estimate.classes});
+      UnitEvidence{estimate.relative_sigma, estimate.objects, estimate.classes});
 }
 
 std::vector<StampedPose> Slam::Trajectory() const {
@@ -164,6 +165,12 @@ std::vector<StampedPose> Slam::Trajectory() const {
 }
 
 GyroscopeCalibration Slam::Gyroscope() const { return impl_->odometry_->gyroscope().calibration(); }
+
+void Slam::SetImu(const Rigid3& cam_from_imu) { impl_->SetImu(cam_from_imu); }
+
+std::vector<FormerWorld> Slam::FormerWorlds() const { return impl_->FormerWorlds(); }
+
+ImuCalibration Slam::Imu() const { return impl_->odometry_->imu(); }
 
 MapSnapshot Slam::WholeMap() const {
   const Impl& impl = *impl_;

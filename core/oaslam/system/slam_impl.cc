@@ -76,6 +76,7 @@ void Slam::Impl::Begin(SavedMap saved, WorldId world, bool is_loaded) {
   atlas->SetMapping(is_mapping_);
   atlas_ = std::move(atlas);
   worlds_ = {{atlas_->main_number(), world}};
+  former_worlds_.clear();
   // The error of a guess would look like a change of the lens.
   odometry_.emplace(camera_, OdometryOptions{.watches_lens = !camera_.is_guess},
                     static_cast<uint64_t>(config_.runner.seed));
@@ -90,6 +91,7 @@ void Slam::Impl::Begin(SavedMap saved, WorldId world, bool is_loaded) {
     frame_maker_.SetMask(mask_);
   }
   odometry_->SetMask(mask_);
+  odometry_->SetImu(cam_from_imu_);
   audit_ = {};
   trails_ = {};
   last_timestamp_.reset();
@@ -137,6 +139,14 @@ void Slam::Impl::SetMask(const ImageMask& mask) {
   mask_ = mask;
   frame_maker_.SetMask(mask);
   odometry_->SetMask(mask);
+}
+
+void Slam::Impl::SetImu(const Rigid3& cam_from_imu) {
+  constexpr double kMost = 10;  // m
+  if (!cam_from_imu.IsValid() || cam_from_imu.translation.norm() > kMost)
+    throw BadInput("T_cam_imu: must be a rigid motion of at most {} m", kMost);
+  cam_from_imu_ = cam_from_imu;
+  odometry_->SetImu(cam_from_imu_);
 }
 
 void Slam::Impl::ExpectMapping() {
@@ -190,13 +200,15 @@ Frame Slam::Impl::FrameOfBoxes(const ImageInput& input, double timestamp) const 
 
 // How the camera moved, as its images tell it; null where this one tells nothing. Adds the CPU
 // time.
-std::shared_ptr<const FrameMotion> Slam::Impl::RunOdometry(const ImageInput& grey, double& cpu_ms) {
+std::shared_ptr<const FrameMotion> Slam::Impl::RunOdometry(
+    const ImageInput& grey, const std::shared_ptr<const DepthMap>& depth, double& cpu_ms) {
   const Stopwatch watch;
-  OdometryEstimate estimate =
-      odometry_->Process(ViewOf(grey.image), grey.timestamp, grey.angular_velocity);
+  OdometryEstimate estimate = odometry_->Process(ViewOf(grey.image), grey.timestamp,
+                                                 {grey.angular_velocity, grey.imu, depth});
   lens_.See(estimate, odometry_->FollowsLens(), grey.timestamp);
   std::shared_ptr<FrameMotion> motion;
-  if (estimate.state == OdometryState::kPreliminary || estimate.state == OdometryState::kTracking) {
+  if (estimate.state == OdometryState::kPreliminary || estimate.state == OdometryState::kTracking ||
+      estimate.state == OdometryState::kInertial) {
     motion = std::make_shared<FrameMotion>();
     motion->run = estimate.run;
     motion->image = estimate.image;
@@ -207,6 +219,11 @@ std::shared_ptr<const FrameMotion> Slam::Impl::RunOdometry(const ImageInput& gre
     motion->exchanged_since = estimate.exchanged_since;
     motion->scale_drift = estimate.scale_drift;
     motion->agreeing = estimate.inliers / std::max(1.0, static_cast<double>(estimate.tracked));
+    if (estimate.metres_per_unit > 0)
+      motion->metre =
+          MeasuredMetre{estimate.metres_per_unit, estimate.metre_sigma,
+                        estimate.metre_is_by_depth ? UnitSource::kDepth : UnitSource::kImu};
+    motion->gravity_in_cam = estimate.gravity_in_cam;
     const Camera camera = Zoomed(camera_, lens_.ratio());
     for (const OdometryDepth& d : odometry_->Depths())
       motion->depths.push_back({ProjectIdeal(camera, d.ray.homogeneous()).cast<float>(),
@@ -223,6 +240,8 @@ Frame Slam::Impl::MakeNextFrame(const ImageInput& input, double& cpu_ms) {
   ImageInput grey = input;
   const bool has_image = !input.image.empty();
   if (has_image) grey.image = ToGrey(input.image);
+  const std::shared_ptr<const DepthMap> depth =
+      input.depth ? depth_registration_.Register(*input.depth, camera_) : nullptr;
   repeated_s_ = has_image ? repeated_images_.Add(grey.image, input.timestamp) : 0;
   if (has_image && still_parts_ && still_parts_->Add(ViewOf(grey.image), input.timestamp)) {
     SetMask(still_parts_->mask());
@@ -241,7 +260,7 @@ Frame Slam::Impl::MakeNextFrame(const ImageInput& input, double& cpu_ms) {
       lens_.LookAway();
       return MotionOf(*input.motion, camera_);
     }
-    return has_image ? RunOdometry(grey, motion_cpu_ms) : nullptr;
+    return has_image ? RunOdometry(grey, depth, motion_cpu_ms) : nullptr;
   };
   Frame frame;
   if (atlas_->NeedsFeatures(input.timestamp, nullptr) && !odometry_->FollowsLens()) {
@@ -263,6 +282,7 @@ Frame Slam::Impl::MakeNextFrame(const ImageInput& input, double& cpu_ms) {
     frame.motion = motion;
     cpu_ms = watch.ThreadCpuMs();
   }
+  if (!odometry_->RefusesDepth()) frame.depth = depth;
   return frame;
 }
 
@@ -294,6 +314,7 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
     EraseHidden(mask_, {camera_.width, camera_.height}, again.detections);
     frame = MakeFrame(again, next_index_, config_.features.count);
   }
+  if (frame.motion && !frame.gravity_in_cam) frame.gravity_in_cam = frame.motion->gravity_in_cam;
   last_timestamp_ = input.timestamp;
   ++next_index_;
   const double ms_features = total.WallMs();
@@ -324,6 +345,7 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   newest_ = result;
   Post();
   TakeMetre();
+  TakeSensorsMetre(false);
   return newest_;
 }
 
@@ -421,7 +443,31 @@ void Slam::Impl::TakeMetre() {
     SetMetresPerUnit(metre->metres_per_unit, metre->by_objects);
 }
 
-void Slam::Impl::SetMetresPerUnit(double metres, const std::optional<UnitByObjects>& by_objects) {
+std::vector<FormerWorld> Slam::Impl::FormerWorlds() const {
+  const auto former = former_worlds_.find(atlas_->main_number());
+  return former == former_worlds_.end() ? std::vector<FormerWorld>() : former->second;
+}
+
+void Slam::Impl::TakeSensorsMetre(bool is_last) {
+  const std::optional<MeasuredMetre> metre = session().tracker().metre();
+  if (!is_mapping_ || !metre || atlas_->failure()) return;
+  constexpr double kMostSigma = 0.08, kMuch = 0.02, kLeastChange = 1e-3;
+  const std::shared_ptr<const Map> map = session().snapshot();
+  if (map->keyframes.empty() || (map->is_metric && !map->unit_evidence)) return;
+  const double off = std::abs(std::log(metre->metres_per_unit));
+  if (!(metre->relative_sigma <= kMostSigma)) return;
+  if (map->is_metric && map->unit_evidence->source != UnitSource::kObjects) {
+    // What an earlier recording told better stays.
+    constexpr double kAbout = 1.2;
+    const double known = map->unit_evidence->relative_sigma;
+    if (metre->relative_sigma > kAbout * known) return;
+    if (off < (is_last ? kLeastChange : std::max(known, kMuch))) return;
+  }
+  SetMetresPerUnit(metre->metres_per_unit,
+                   UnitEvidence{metre->relative_sigma, 0, 0, metre->source});
+}
+
+void Slam::Impl::SetMetresPerUnit(double metres, const std::optional<UnitEvidence>& by_objects) {
   if (!(std::isfinite(metres) && metres > 0))
     throw BadInput("metres per unit: {}, allowed: above 0 and finite", metres);
   ExpectMapping();
@@ -431,6 +477,9 @@ void Slam::Impl::SetMetresPerUnit(double metres, const std::optional<UnitByObjec
   if (!session().failure()) {
     for (FramePose& pose : loaded_trajectory_) pose.cam_from_reference.translation *= metres;
     trails_ = {};
+    auto& former = former_worlds_[atlas_->main_number()];
+    former.push_back({this->world(), 1});
+    for (FormerWorld& there : former) there.scale *= metres;
     BeginWorld();
     newest_.ScaleLengths(metres);
     PostChange();

@@ -11,6 +11,7 @@
 #include "oaslam/anchors/editing.h"
 #include "oaslam/odometry/odometry.h"
 #include "oaslam/odometry/still_parts.h"
+#include "oaslam/relocalization/depth_registration.h"
 #include "oaslam/relocalization/frame_maker.h"
 #include "oaslam/relocalization/relocalizer.h"
 #include "oaslam/relocalization/snapshot_content.h"
@@ -40,6 +41,7 @@ class OASLAM_LOCAL Slam::Impl {
   WorldId WorldOf(int submap) const;
   // The main submap is in a new world from now on.
   void BeginWorld() { worlds_[atlas_->main_number()] = NewWorld(); }
+  std::vector<FormerWorld> FormerWorlds() const;
 
   // For functions that would change the map: throws MappingError where mapping has failed.
   void ExpectMapping();
@@ -49,6 +51,7 @@ class OASLAM_LOCAL Slam::Impl {
   Frame MakeFrame(const ImageInput& input, int index, int keypoints);
   RelocalizationResult Relocalize(const ImageInput& input, const RelocalizeOptions& options);
   void SetMask(const ImageMask& mask);
+  void SetImu(const Rigid3& cam_from_imu);
   bool IsInImage(const Eigen::Vector2d& pixel) const;
   // The message that refuses a pixel outside of the image.
   std::string NotInImage(const Eigen::Vector2d& pixel) const;
@@ -69,19 +72,24 @@ class OASLAM_LOCAL Slam::Impl {
   // Posts the map to other threads after a change by another call than Process, with the newest
   // image's pose in it.
   void PostChange(const std::string& edited_anchor = "");
-  // Slam::SetMetresPerUnit; `by_objects`: the evidence for the metre by objects, nothing where the
+  // Slam::SetMetresPerUnit; `by_objects`: the evidence for the metre, nothing where the
   // user gave the metre.
-  void SetMetresPerUnit(double metres, const std::optional<UnitByObjects>& by_objects);
+  void SetMetresPerUnit(double metres, const std::optional<UnitEvidence>& by_objects);
   // As SetMetresPerUnit, where the map was joined with one in metres (Atlas::TakeMetre).
   void TakeMetre();
+  // Scales the map to metres, once a sensor tells how long its unit is, and again where it tells
+  // better. `is_last`: no image comes after this.
+  void TakeSensorsMetre(bool is_last);
 
   SlamConfig config_;
   Camera camera_;
   FrameMaker frame_maker_;
+  DepthRegistration depth_registration_;
   Relocalizer relocalizer_;
   std::optional<Odometry> odometry_;
   PresentLens lens_;
   ImageMask mask_;
+  Rigid3 cam_from_imu_;
   std::optional<StillParts> still_parts_{std::in_place};  // nothing where the mask is given
   std::unique_ptr<Atlas> atlas_;
   std::vector<FramePose> loaded_trajectory_;
@@ -91,7 +99,8 @@ class OASLAM_LOCAL Slam::Impl {
       std::make_shared<const ClassNames>(CocoClassNames());
   std::shared_ptr<SlamStates::Board> states_ = std::make_shared<SlamStates::Board>();
   mutable SnapshotSeries snapshots_;
-  TrackingResult newest_;                  // the last result that was posted to other threads
+  TrackingResult newest_;  // the last result that was posted to other threads
+  std::map<int, std::vector<FormerWorld>> former_worlds_;  // by number of the submap
   mutable std::map<int, WorldId> worlds_;  // by number of a submap that a result has named
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
   bool is_mapping_ = true;
@@ -107,7 +116,9 @@ class OASLAM_LOCAL Slam::Impl {
   Frame FrameOfBoxes(const ImageInput& input, double timestamp) const;
   RelocalizationResult Find(const Frame& frame, const RelocalizeOptions& options,
                             double ms_features);
-  std::shared_ptr<const FrameMotion> RunOdometry(const ImageInput& grey, double& cpu_ms);
+  std::shared_ptr<const FrameMotion> RunOdometry(const ImageInput& grey,
+                                                 const std::shared_ptr<const DepthMap>& depth,
+                                                 double& cpu_ms);
   Frame MakeNextFrame(const ImageInput& input, double& cpu_ms);
   void DoubtRepeated(TrackingResult& result);
   std::vector<PoseElsewhere> PosesElsewhere(const TrackingResult& result) const;

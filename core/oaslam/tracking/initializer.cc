@@ -183,6 +183,7 @@ std::optional<InitialMap> Initializer::Process(const Frame& frame) {
   }
   recent_.push_back(frame);
   recent_.back().image.reset();
+  recent_.back().depth.reset();
   if (recent_.size() > kMaxRecent) recent_.pop_front();
   return std::nullopt;
 }

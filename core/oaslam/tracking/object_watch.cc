@@ -56,9 +56,9 @@ std::vector<ObjectId> ObjectWatch::ObjectsIn(const Frame& frame) const {
 
 void ObjectWatch::Scale(double factor) {
   for (ObjectTrack& track : tracks_.open) track.cam_from_reference.translation *= factor;
+  if (tracks_.units_per_metre) *tracks_.units_per_metre *= factor;
   for (TrackedFrame& image : awaited_) image.ScaleLengths(factor);
-  for (ObjectSighting& sighting : sightings_)
-    sighting.observation.cam_from_reference.translation *= factor;
+  for (ObjectSighting& sighting : sightings_) sighting.observation.ScaleLengths(factor);
 }
 
 void ObjectWatch::AddBefore(ObjectWatch other) {

@@ -85,6 +85,7 @@ std::optional<KeyframeId> OdometryLink::Correct(const Frame& frame) {
 void OdometryLink::Scale(double factor) {
   for (Start& start : starts_) start.cam_from_reference.translation *= factor;
   if (unit_) unit_->length *= factor;
+  if (metre_) metre_->log_sum -= metre_->weight * std::log(factor);
   depth_ *= factor;
 }
 
@@ -124,6 +125,7 @@ std::optional<MotionInMap> OdometryLink::MotionBetween(
         (IsYoung(newest.timestamp) ? kSigmaOfDepthIfYoung : kSigmaOfDepth) * unit_->length *
             MedianDepthOf(*now);
   }
+  motion.is_metric = !motion.is_turn && metre_ && before->metre && now->metre;
   // Where the way is not known, part of what looks like a turn may be a way.
   const double least_turn = motion.is_turn ? kUnknownWay : kLeastTurn;
   motion.sigma_rotation =
@@ -152,7 +154,7 @@ std::vector<std::pair<KeyframeId, KeyframeMotion>> OdometryLink::MotionsToKeyfra
     const auto motion = MotionBetween(before, now, frame);
     if (motion && !motion->is_turn)
       motions.push_back({to, KeyframeMotion{from, motion->cam_from_cam, motion->sigma_position,
-                                            motion->sigma_rotation}});
+                                            motion->sigma_rotation, motion->is_metric}});
   }
   return motions;
 }
@@ -189,7 +191,36 @@ std::optional<double> OdometryLink::UnitFor(const Frame& frame) const {
                                                                   : std::nullopt;
 }
 
+std::optional<MeasuredMetre> OdometryLink::metre() const {
+  if (!metre_) return std::nullopt;
+  return MeasuredMetre{metre_->length(), metre_->relative_sigma, metre_->source};
+}
+
 void OdometryLink::Learn(const TrackedFrame& seen, const Map& map, const TrackedFrame* before) {
+  LearnUnit(seen, map, before);
+  const std::shared_ptr<const FrameMotion>& motion = seen.frame.motion;
+  if (!motion || !motion->metre || !unit_ || unit_->run != motion->run) return;
+  LearnMetre(*motion, before ? seen.frame.timestamp - before->frame.timestamp : 0);
+}
+
+// Of a unit in metres the sensor knows where the map has another scale than before.
+void OdometryLink::LearnMetre(const FrameMotion& motion, double seconds) {
+  constexpr double kMostOff = 0.04;  // of the unit: the errors of both
+  constexpr double kLeastSeconds = 1e-3;
+  const MeasuredMetre& measured = *motion.metre;
+  if (!metre_ || metre_->source != measured.source) metre_.emplace();
+  const double weight =
+      std::clamp(seconds, kLeastSeconds, 1.0) / (measured.relative_sigma * measured.relative_sigma);
+  metre_->relative_sigma = measured.relative_sigma;
+  metre_->source = measured.source;
+  metre_->log_sum += weight * std::log(measured.metres_per_unit / unit_->length);
+  metre_->weight += weight;
+  const double by_metre = measured.metres_per_unit / metre_->length(),
+               most = std::exp(std::max(kMostOff, 2 * measured.relative_sigma));
+  unit_->length = std::clamp(unit_->length, by_metre / most, by_metre * most);
+}
+
+void OdometryLink::LearnUnit(const TrackedFrame& seen, const Map& map, const TrackedFrame* before) {
   const Frame& frame = seen.frame;
   const auto length = frame.motion ? UnitBySharedPoints(seen, map) : std::nullopt;
   if (!length) return;

@@ -25,7 +25,8 @@ double MedianDepthOf(const FrameMotion& motion, float above = -INFINITY);
 struct MotionInMap {
   Rigid3 cam_from_cam;  // the later camera from the earlier one
   double sigma_position = 0, sigma_rotation = 0;
-  bool is_turn = false;  // only the rotation of the motion is known
+  bool is_turn = false;    // only the rotation of the motion is known
+  bool is_metric = false;  // as of KeyframeMotion
 };
 
 // A pose by dead reckoning: by the camera's motion since the map last gave a pose.
@@ -79,6 +80,8 @@ class OdometryLink {
   // The mean relative deviation of the units that single images give: how constant the scales of
   // the odometry and of the map are in this recording.
   double spread() const { return (unit_ ? *unit_ : Unit()).spread; }
+  // The length of the map's unit in metres; nothing where no sensor tells it.
+  std::optional<MeasuredMetre> metre() const;
   double seen_at() const { return seen_at_; }  // time stamp of the newest image that See took
   double depth() const { return depth_; }      // of that image
 
@@ -91,6 +94,15 @@ class OdometryLink {
     // The spread begins as a guess that has the weight of one second of images.
     double spread = 0.03, spread_seconds = 1;
   };
+  // The length of the map's unit in metres: the mean over the images so far, which count by how
+  // well the odometry knew the length of its own.
+  struct Metre {
+    double log_sum = 0, weight = 0;
+    double relative_sigma = 0;  // of the newest image
+    UnitSource source = UnitSource::kImu;
+
+    double length() const { return std::exp(log_sum / weight); }
+  };
   // An image with a known pose relative to a keyframe: a start of predictions.
   struct Start {
     std::shared_ptr<const FrameMotion> motion;
@@ -99,6 +111,8 @@ class OdometryLink {
   };
 
   void Learn(const TrackedFrame& seen, const Map& map, const TrackedFrame* before);
+  void LearnUnit(const TrackedFrame& seen, const Map& map, const TrackedFrame* before);
+  void LearnMetre(const FrameMotion& motion, double seconds);
   std::optional<MotionInMap> MotionBetween(const std::shared_ptr<const FrameMotion>& before,
                                            const std::shared_ptr<const FrameMotion>& now,
                                            const Frame& newest) const;
@@ -106,6 +120,7 @@ class OdometryLink {
   bool IsTooLongAgo(double timestamp, MapUse use) const;  // since the map was seen
 
   std::optional<Unit> unit_;
+  std::optional<Metre> metre_;
   // The last image that See took, and the keyframes since, ascending. The last keyframe is not in
   // the map as long as the mapper works on it.
   std::vector<Start> starts_;

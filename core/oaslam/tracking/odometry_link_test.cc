@@ -65,6 +65,36 @@ TEST_F(OdometryLinkTest, LearnsTheUnitFromPointsThatBothKnow) {
   EXPECT_FALSE(link_.UnitFor(FrameWith(other_run)));
 }
 
+TEST_F(OdometryLinkTest, AMetricOdometryTellsTheMapsMetre) {
+  constexpr double kMetres = 1.5;  // of a unit of the odometry
+  const auto seen_at = [&](int image, double longer) {
+    TrackedFrame seen = SeenAt(image);
+    FrameMotion motion = *seen.frame.motion;
+    motion.metre = MeasuredMetre{kMetres / longer, 0.02, UnitSource::kImu};
+    seen.frame = FrameWith(motion);
+    seen.frame.camera = SeenAt(image).frame.camera;
+    seen.frame.features = SeenAt(image).frame.features;
+    return seen;
+  };
+  EXPECT_FALSE(link_.metre());
+  TrackedFrame last = seen_at(0, 1);
+  link_.See(last, 3, mapped_.map, nullptr);
+  for (int image = 1; image < 30; ++image) {
+    const TrackedFrame next = seen_at(image, 1);
+    link_.See(next, 3, mapped_.map, &last);
+    last = next;
+  }
+  ASSERT_TRUE(link_.metre());
+  EXPECT_NEAR(link_.metre()->metres_per_unit, kMetres / kUnit, 0.05 * kMetres / kUnit);
+  EXPECT_EQ(link_.metre()->relative_sigma, 0.02);
+  // The odometry's unit has shrunk to half, as its IMU tells; the points say otherwise.
+  const TrackedFrame shrunk = seen_at(30, 2);
+  link_.See(shrunk, 3, mapped_.map, &last);
+  EXPECT_NEAR(*link_.UnitFor(shrunk.frame), kUnit / 2, 0.1 * kUnit);
+  link_.Scale(10);
+  EXPECT_NEAR(link_.metre()->metres_per_unit, 0.1 * kMetres / kUnit, 0.006 * kMetres / kUnit);
+}
+
 TEST_F(OdometryLinkTest, PredictsByTheMotionSinceTheMapWasSeen) {
   link_.See(SeenAt(0), 3, mapped_.map, nullptr);
   const auto soon = link_.Predict(FrameWith(MotionAt(3)), mapped_.map, MapUse::kExtend);

@@ -170,7 +170,7 @@ TrackingStep Tracker::Follow(const Frame& frame, const Map& map, const TrackingC
   if (predicted) return Continue(frame, map, tracked, TrackingState::kOdometry, context);
   constexpr int kSmallMap = 6;  // keyframes; one with fewer is made again at once
   const auto keyframes = static_cast<int>(map.keyframes.size() + map.retired.size());
-  if (!context.IsMapping() || map_is_loaded_ || !map.anchors.empty() || map.is_metric ||
+  if (!context.IsMapping() || map_is_loaded_ || !map.anchors.empty() || map.IsMetricByUser() ||
       keyframes >= kSmallMap) {
     phase_ = Lost{};
     return Search(frame, map, context);

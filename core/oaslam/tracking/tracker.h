@@ -121,6 +121,9 @@ class Tracker {
   // The length of the odometry's unit in the map; nothing as long as it is not known for the run of
   // this image.
   std::optional<double> MotionUnit(const Frame& frame) const;
+  // The length of the map's unit in metres, as an IMU or a depth camera tells it; nothing as long
+  // as none does.
+  std::optional<MeasuredMetre> metre() const { return link_.metre(); }
   int newest_frame() const { return newest_.frame.index; }
   // Time stamp of the newest image whose pose the map gave; minus infinity where there is none.
   double seen_at() const { return link_.seen_at(); }

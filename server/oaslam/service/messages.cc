@@ -100,6 +100,7 @@ std::optional<Camera> CameraFor(const CameraChoice& choice, const cv::Size& size
 
 ImageRequest ReadImageRequest(const JsonInput& json) {
   constexpr size_t kMostDetections = 1000;  // a detector finds some ten
+  constexpr size_t kMostSamples = 2000;     // two seconds of a fast gyroscope
   ImageRequest request;
   const auto camera = json.Find("camera");
   if (camera)
@@ -115,13 +116,21 @@ ImageRequest ReadImageRequest(const JsonInput& json) {
     if (!(request.gravity_in_cam->norm() > 0)) gravity->Refuse("has no direction");
   }
   if (const auto samples = json.Find("angular_velocity")) {
-    constexpr size_t kMostSamples = 2000;  // two seconds of a fast gyroscope
     for (const JsonInput& sample : samples->Items(0, kMostSamples)) {
       const std::vector<JsonInput> row = sample.Items(4, 4);
       request.angular_velocity.push_back(
           {row[0].Number(), {row[1].Number(), row[2].Number(), row[3].Number()}});
     }
   }
+  if (const auto samples = json.Find("imu"))
+    for (const JsonInput& sample : samples->Items(0, kMostSamples)) {
+      const std::vector<JsonInput> row = sample.Items(7, 7);
+      const auto vector = [&](size_t i) {
+        return Eigen::Vector3d(row[i].Number(), row[i + 1].Number(), row[i + 2].Number());
+      };
+      request.imu.push_back({row[0].Number(), vector(1), vector(4)});
+    }
+  if (const auto pose = json.Find("cam_from_imu")) request.cam_from_imu = pose->Pose();
   if (const auto prior = json.Find("prior")) request.prior = prior->Pose();
   if (const auto time = json.Find("time")) request.time = time->Number();
   if (json.value().contains("motion")) request.motion = ReadMotion(json.Find("motion"));
@@ -138,12 +147,22 @@ ImageRequest ReadImageRequest(const JsonInput& json) {
   return request;
 }
 
+bool TakeImuPose(const ImageRequest& request, std::optional<Rigid3>& known) {
+  const std::optional<Rigid3>& given = request.cam_from_imu;
+  if (!given || (known && known->translation == given->translation &&
+                 known->rotation.coeffs() == given->rotation.coeffs()))
+    return false;
+  known = given;
+  return true;
+}
+
 ImageInput ImageInputOf(const ImageRequest& request) {
   ImageInput input;
   input.timestamp = request.time;
   input.detections = request.detections.value_or(std::vector<Detection>());
   input.gravity_in_cam = request.gravity_in_cam;
   input.angular_velocity = request.angular_velocity;
+  input.imu = request.imu;
   input.motion = request.motion;
   return input;
 }

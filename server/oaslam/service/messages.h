@@ -37,6 +37,8 @@ struct ImageRequest {
   std::optional<std::vector<Detection>> detections;
   std::optional<Eigen::Vector3d> gravity_in_cam;
   std::vector<AngularVelocity> angular_velocity;
+  std::vector<ImuSample> imu;
+  std::optional<Rigid3> cam_from_imu;
   std::optional<Rigid3> prior;  // world_from_cam
   double time = 0;
   std::optional<MotionInput> motion;
@@ -44,6 +46,9 @@ struct ImageRequest {
   std::optional<ImageFeatures> features;
   int feature_count = 0;
 };
+
+// Takes how the IMU lies from a request that says it; returns whether `known` has changed.
+bool TakeImuPose(const ImageRequest& request, std::optional<Rigid3>& known);
 
 // All but the image and its key points.
 ImageInput ImageInputOf(const ImageRequest& request);

@@ -24,6 +24,26 @@ TEST(Messages, AGyroscopeComesWithAnImage) {
                      HasSubstr("header.angular_velocity[0][3]"));
 }
 
+TEST(Messages, AnImuComesWithAnImage) {
+  EXPECT_FALSE(RequestOf("{}").cam_from_imu);
+  const ImageRequest request = RequestOf(
+      R"({"imu": [[1.5, 0, -1, 2, 3, 4, 5]],
+        "cam_from_imu": {"position": [0.1, 0, 0], "rotation": [0, 0, 0, 1]}})");
+  const ImageInput input = ImageInputOf(request);
+  ASSERT_THAT(input.imu, SizeIs(1));
+  EXPECT_EQ(input.imu[0].timestamp, 1.5);
+  EXPECT_EQ(input.imu[0].angular_velocity, Eigen::Vector3d(0, -1, 2));
+  EXPECT_EQ(input.imu[0].acceleration, Eigen::Vector3d(3, 4, 5));
+  EXPECT_EQ(request.cam_from_imu->translation, Eigen::Vector3d(0.1, 0, 0));
+  std::optional<Rigid3> known;
+  EXPECT_FALSE(TakeImuPose(RequestOf("{}"), known));
+  EXPECT_TRUE(TakeImuPose(request, known));
+  EXPECT_FALSE(TakeImuPose(request, known));
+  EXPECT_EQ(known->translation.x(), 0.1);
+  EXPECT_INPUT_ERROR(RequestOf(R"({"imu": [[1.5, 0, -1, 2]]})"), HasSubstrs("header.imu[0]", "7"));
+  EXPECT_INPUT_ERROR(RequestOf(R"({"cam_from_imu": 1})"), HasSubstr("header.cam_from_imu"));
+}
+
 TEST(Messages, TheMotionOfTheDeviceComesWithAnImage) {
   EXPECT_FALSE(RequestOf("{}").motion);
   EXPECT_FALSE(RequestOf(R"({"motion": null})").motion->is_known);

@@ -44,6 +44,7 @@ class Recording : public StreamWork {
   const std::string name_;
   std::optional<CameraEstimator> estimator_;
   std::optional<Camera> camera_;
+  std::optional<Rigid3> cam_from_imu_;
   std::unique_ptr<Slam> slam_;
   ViewChange view_change_;
   double last_time_ = -std::numeric_limits<double>::infinity();
@@ -63,6 +64,7 @@ void Recording::BeginMap(const Camera& camera) {
   slam_ = std::make_unique<Slam>(config, camera);
   slam_->SetClassNames(state_->options.classes.names);
   slam_->SetClassRelations(state_->options.classes.relations);
+  if (cam_from_imu_) slam_->SetImu(*cam_from_imu_);
   camera_ = camera;
   estimator_.reset();
 }
@@ -94,6 +96,7 @@ StreamStep Recording::Image(const ImageRequest& request, const nlohmann::json& h
   if (request.features) throw InputError("features: a map is made of images");
   const bool detects = !request.detections && !state_->detectors.empty();
   last_time_ = request.time;
+  if (TakeImuPose(request, cam_from_imu_) && slam_) slam_->SetImu(*cam_from_imu_);
   ImageInput input = ImageInputOf(request);
   input.image = DecodeReceivedImage(request.bytes, detects ? ImageColor::kBgr : ImageColor::kGrey);
   KeepImage(*state_, name_, request.bytes);

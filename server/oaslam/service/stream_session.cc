@@ -29,8 +29,8 @@ nlohmann::json HeaderOf(const std::string& message, std::string& image) {
   nlohmann::json header =
       ParseJson(std::string_view(message).substr(sizeof(length), length), "header");
   const JsonInput json(header, "header");
-  json.Only({"type", "id", "time", "gravity", "angular_velocity", "camera", "detections", "motion",
-             "features"});
+  json.Only({"type", "id", "time", "gravity", "angular_velocity", "imu", "cam_from_imu", "camera",
+             "detections", "motion", "features"});
   if (json["type"].Text() != "image") json["type"].Refuse("must be \"image\"");
   json["time"].Number();
   image = message.substr(sizeof(length) + length);

@@ -39,6 +39,7 @@ class Tracking : public StreamWork {
   int64_t anchors_version_ = 0;  // that the client has
   std::unique_ptr<Slam> slam_;   // of camera_; null: none yet
   std::optional<Camera> camera_;
+  std::optional<Rigid3> cam_from_imu_;
   StreamLens lens_;  // since the camera was given last
   bool is_lost_ = true;
 };
@@ -130,6 +131,7 @@ std::optional<Camera> Tracking::CameraOf(const ImageRequest& request, const Imag
 StreamStep Tracking::Image(const ImageRequest& request, const nlohmann::json& header, int dropped) {
   const Stopwatch watch;
   ImageInput input = ImageInputOf(request);
+  if (TakeImuPose(request, cam_from_imu_) && slam_) slam_->SetImu(*cam_from_imu_);
   if (request.features) {
     input.features = *request.features;
     input.features->features = ReadReceivedFeatures(request.bytes, request.feature_count);
@@ -148,6 +150,7 @@ StreamStep Tracking::Image(const ImageRequest& request, const nlohmann::json& he
     slam_ = std::make_unique<Slam>(config, *camera);
     slam_->SetMapping(false);
     slam_->Load(map_->localizer.map());
+    if (cam_from_imu_) slam_->SetImu(*cam_from_imu_);
     camera_ = camera;
   }
   TrackingResult tracked;

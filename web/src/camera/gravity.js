@@ -20,6 +20,16 @@ export function gravityOfMotion({ x, y, z }, isWebKit) {
   return [sign * x, sign * y, sign * z];
 }
 
+// What an accelerometer measures, from the same: the force that holds the device against gravity.
+/** @returns {import("../messages").Triple} */
+export function forceOfMotion(acceleration, isWebKit) {
+  const [x, y, z] = gravityOfMotion(acceleration, isWebKit);
+  return [-x, -y, -z];
+}
+
+/** Whether the browser is one of Apple's. Its requestPermission does not tell: Chromium has it, too. */
+export const isWebKit = () => navigator.vendor.startsWith("Apple");
+
 // From the device's axes to those of the picture of a camera on its back, or with `isFront` beside its screen, where the screen is turned by `angle` degrees.
 /** @returns {import("../messages").Triple} */
 export function toPicture([x, y, z], angle, isFront = false) {
@@ -40,13 +50,13 @@ export class GravitySensor {
   async start(signal) {
     /** @type {any[]} */
     const kinds = [globalThis.DeviceOrientationEvent, globalThis.DeviceMotionEvent];
-    const isWebKit = navigator.vendor.startsWith("Apple"); // requestPermission does not tell: Chromium has it, too
+    const isApple = isWebKit();
     const asked = kinds.map((kind) => kind?.requestPermission?.().catch(() => "denied"));
     addEventListener("deviceorientation", ({ beta, gamma }) => {
       if (beta !== null && gamma !== null) this.take(gravityOfOrientation(beta, gamma), "orientation");
     }, { signal });
     addEventListener("devicemotion", ({ accelerationIncludingGravity: a }) => {
-      if (a && a.x !== null) this.take(gravityOfMotion(a, isWebKit), "motion");
+      if (a && a.x !== null) this.take(gravityOfMotion(a, isApple), "motion");
     }, { signal });
     await Promise.all(asked);
   }

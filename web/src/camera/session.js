@@ -1,6 +1,7 @@
 /** @import { Answer, Lens, Progress, ServiceMessage } from "../messages" */
 /** @import { Tracked } from "../device/device_tracker.js" */
 import { DeviceTracker } from "../device/device_tracker.js";
+import { samplesHeader } from "../device/framing.js";
 import { Stream } from "../device/stream.js";
 import { sentSize } from "./intrinsics.js";
 import { LocalMap } from "./local_map.js";
@@ -114,7 +115,7 @@ export class Session extends EventTarget {
       this.lensKey = key;
     }
     this.tracked = (await this.tracker?.process({ image, time, gravity, gyroscope, jpeg })) ??
-      { time, state: "starting", camera: null, pose: null, world: null, age: null, sigma: null, depth: null, points: NO_POINTS };
+      { time, state: "starting", camera: null, pose: null, world: null, age: null, sigma: null, depth: null, metresPerUnit: null, points: NO_POINTS };
     return this.tracked;
   }
 
@@ -124,7 +125,7 @@ export class Session extends EventTarget {
     if (this.isFinishing || !stream.isDue(0, RECORD_INTERVAL)) return;
     const id = stream.begin();
     const camera = this.knownLens ?? "auto";
-    const header = { id, time, camera, ...(gravity && { gravity }), ...(gyroscope.length > 0 && { angular_velocity: gyroscope }) };
+    const header = { id, time, camera, ...(gravity && { gravity }), ...samplesHeader(gyroscope) };
     stream.sendImage(jpeg().then((body) => ({ header, body })));
   }
 

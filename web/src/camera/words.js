@@ -9,6 +9,7 @@ const STATES = {
   initializing: "move sideways, slowly",
 };
 const MOVE = { state: "preliminary", text: STATES.preliminary };
+const SHOWS_NOTHING = { state: "objects", text: "sees too little: point at something with details" }; // the motion sensors carry it for a second or two
 const BLIND = { state: "lost", text: "nothing to hold on to: point at something with details" };
 
 /** How long ago the service has placed the camera. @param {number} seconds */
@@ -22,6 +23,7 @@ export function describe({ link, why, seconds = 0, answer, kind, isFinishing, tr
   if (link === "waiting" && kind === "record") return { state: "lost", text: "the connection ended: this map is not saved" };
   if (link === "waiting") return { state: isPlaced ? "objects" : "lost", text: `${why ?? "no connection"}: again in ${Math.max(1, Math.ceil(seconds))} s` };
   if (isPlaced && answer?.state === "lost") return { state: "objects", text: STATES.lost };
+  if (isPlaced && tracked.state === "inertial") return SHOWS_NOTHING;
   if (isPlaced) return tracked.state === "uncertain" ? { state: "objects", text: "too fast" } : { state: "tracking", text: STATES.tracking };
   if (link === "connecting") return { state: "", text: "connecting" };
   if (!answer) return { state: "", text: "waiting for the first answer" };
@@ -33,6 +35,7 @@ export function describe({ link, why, seconds = 0, answer, kind, isFinishing, tr
 
 function describeAlone(tracked) {
   if (tracked?.state === "blind") return BLIND;
+  if (tracked?.state === "inertial") return SHOWS_NOTHING;
   if (tracked?.state === "tracking" || tracked?.state === "uncertain") return { state: "tracking", text: "without a map" };
   return tracked?.state === "preliminary" ? MOVE : { state: "", text: "starting" };
 }

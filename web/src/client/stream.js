@@ -11,6 +11,8 @@ import { ServiceError } from "./service_error.js";
  * @property {Camera} [camera] that of the stream unless given
  * @property {Vector} [gravity] m/s2, in the camera's axes (x right, y down, z forward), pointing down
  * @property {[number, number, number, number][]} [angular_velocity] rows of time, x, y, z in rad/s about these axes, best those of the last second
+ * @property {[number, number, number, number, number, number, number][]} [imu] instead: rows of time, wx, wy, wz, ax, ay, az along the IMU's axes, rad/s and m/s2 with gravity
+ * @property {{ position: Vector, rotation: number[] }} [cam_from_imu] how the IMU lies to the camera, metres and x y z w, with each image; as the camera unless given
  * @property {Detection[]} [detections]
  * @property {object} [motion] what the odometry of the device tells
  */

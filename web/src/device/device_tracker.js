@@ -1,6 +1,7 @@
 /** @import { Answer, ImageHeader, Lens, Request, ServiceMessage, Triple, WirePose } from "../messages" */
 import { editedAnchors } from "../edited_anchors.js";
 import { OdometryWorker } from "../odometry/odometry_worker.js";
+import { samplesHeader } from "./framing.js";
 import { guessedCamera, rayOf, scaledCamera } from "./lens.js";
 import { motionOf, Place } from "./place.js";
 import { add, rotate } from "./rigid.js";
@@ -10,7 +11,8 @@ import { surfaceAt } from "./surface.js";
 /**
  * What is known of an image. `state`: "starting" (the lens is not known yet, or the odometry is being loaded), or that of the odometry. `pose`: camera to world,
  * with OpenCV's axes, where it is good enough to draw with. `world`: what it is in. `age`: seconds since the image by which the service placed the camera last.
- * `sigma`: of the position, and `depth` of what is seen, in the unit of the world. `points`: x and y in pixels and inverse depth (in the odometry's unit) each.
+ * `sigma`: of the position, and `depth` of what is seen, in the unit of the world. `metresPerUnit`: the length of the unit of the world "odometry", as the
+ * accelerations tell it by now; null while they do not, and in a map. `points`: x and y in pixels and inverse depth (in the odometry's unit) each.
  * @typedef {object} Tracked
  * @property {number} time
  * @property {"starting" | import("../odometry/oaslam_odometry.js").State} state
@@ -20,6 +22,7 @@ import { surfaceAt } from "./surface.js";
  * @property {number | null} age
  * @property {number | null} sigma
  * @property {number | null} depth
+ * @property {number | null} metresPerUnit
  * @property {Float32Array} points
  */
 
@@ -109,7 +112,8 @@ export class DeviceTracker extends EventTarget {
 
   /**
    * Follows the camera with its next image. One image at a time: a caller that has newer ones leaves out the old ones. `gyroscope`: rows of time, x, y, z, in
-   * rad/s about the camera's axes. `gravity`: in these axes. `jpeg`: encodes this image; called before the promise is settled, where it is to be sent.
+   * rad/s about the camera's axes, or of an IMU, as for Odometry.process. `gravity`: in these axes. `jpeg`: encodes this image; called before the promise is
+   * settled, where it is to be sent.
    * @param {{ image: ImageData, time: number, gyroscope?: number[][], gravity?: Triple | null, jpeg?: () => Promise<Uint8Array> }} given
    * @returns {Promise<Tracked>}
    */
@@ -124,14 +128,15 @@ export class DeviceTracker extends EventTarget {
       this.#run = estimate.run;
       if (!isFirst) this.#begunAnew();
     }
-    if (sighting && gravity) this.#learnUp(sighting, gravity);
+    const down = estimate?.gravity ?? gravity; // without the acceleration of the hand
+    if (sighting && down) this.#learnUp(sighting, down);
     /** @type {Tracked} */
     const tracked = {
-      time, camera: this.camera, state: estimate?.state ?? "starting", pose: null, world: null, age: null, sigma: null, depth: null,
+      time, camera: this.camera, state: estimate?.state ?? "starting", pose: null, world: null, age: null, sigma: null, depth: null, metresPerUnit: null,
       points: estimate?.points ?? NO_POINTS,
     };
     if (!isBlind && this.stream) this.#placeInMap(tracked, sighting);
-    else if (!isBlind && sighting) Object.assign(tracked, { pose: sighting.pose, world: "odometry", depth: sighting.depth });
+    else if (!isBlind && sighting) Object.assign(tracked, { pose: sighting.pose, world: "odometry", depth: sighting.depth, metresPerUnit: estimate.metresPerUnit });
     this.last = tracked;
     if (this.stream && !this.isPaused) this.#offer({ estimate, sighting, time, gyroscope, gravity, jpeg });
     return tracked;
@@ -217,7 +222,7 @@ export class DeviceTracker extends EventTarget {
   async #offer({ estimate, sighting, time, gyroscope, gravity, jpeg }) {
     const stream = /** @type {Stream} */ (this.stream);
     const { pose, state } = /** @type {Tracked} */ (this.last);
-    const isSure = pose && state !== "uncertain" && this.#isSure;
+    const isSure = pose && state !== "uncertain" && state !== "inertial" && this.#isSure;
     if (!stream.isDue(isSure ? SURE : 0, isSure ? SLOW.sure : SLOW.unsure)) return;
     const sharesFeatures = this.share === "features" && this.#odometry;
     if (this.share === "features" ? !sharesFeatures || !estimate : !jpeg) return;
@@ -228,7 +233,7 @@ export class DeviceTracker extends EventTarget {
     /** @type {ImageHeader} */
     const header = {
       id, time, camera: this.#isLensAsked && !sharesFeatures ? "auto" : (this.camera ?? "auto"),
-      ...(estimate && { motion }), ...(gravity && { gravity }), ...(gyroscope.length > 0 && !estimate && { angular_velocity: gyroscope }),
+      ...(estimate && { motion }), ...(gravity && { gravity }), ...(!estimate && samplesHeader(gyroscope)),
     };
     const encoded = sharesFeatures
       ? sharesFeatures.features(FEATURES).then(({ bytes, ...features }) => ({ header: { ...header, features }, body: bytes }))

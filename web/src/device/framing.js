@@ -9,3 +9,10 @@ export function packImage(header, jpeg) {
   message.set(jpeg, 4 + length);
   return message;
 }
+
+// The samples of a gyroscope or an IMU (rows of 4 or 7 numbers) as a part of that header.
+/** @param {number[][]} rows  @returns {{ imu?: number[][], angular_velocity?: number[][] }} */
+export function samplesHeader(rows) {
+  if (rows.length === 0) return {};
+  return rows[0].length === 7 ? { imu: rows } : { angular_velocity: rows };
+}

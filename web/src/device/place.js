@@ -92,7 +92,7 @@ export function correctedPose(earlier, now) {
 
 /** What the service is told of an image's motion. @param {Estimate} estimate  @returns {SentMotion | null} */
 export function motionOf({ state, run, image, camFromOdom, keyframes, keyframe, points, tracked, inliers }) {
-  if (!camFromOdom || state === "uncertain" || state === "blind") return null;
+  if (!camFromOdom || (state !== "preliminary" && state !== "tracking")) return null;
   const rounded = (value, digits) => Number(value.toPrecision(digits));
   return {
     run,

@@ -14,8 +14,9 @@
  */
 
 /**
- * preliminary: by the motion that explains the first images best so far; uncertain: may be off by degrees; blind: no pose.
- * @typedef {"preliminary" | "tracking" | "uncertain" | "blind"} State
+ * preliminary: by the motion that explains the first images best so far; uncertain: may be off by degrees; inertial: the image shows too little, and
+ * the accelerations tell the pose, for a second or two; blind: no pose.
+ * @typedef {"preliminary" | "tracking" | "uncertain" | "inertial" | "blind"} State
  */
 
 /**
@@ -39,6 +40,9 @@
  * @property {boolean} keyframe whether this image is one
  * @property {number} tracked points that were followed into the image
  * @property {number} inliers of them, those that agree with the pose
+ * @property {number | null} metresPerUnit the length of the odometry's unit, by the accelerations; null while it is not known
+ * @property {number | null} metreSigma its standard deviation, divided by it
+ * @property {Float64Array | null} gravity m/s2, along the camera's axes, pointing down, by the accelerations; null while it is not known
  */
 
 /**
@@ -52,11 +56,12 @@
  *   all the descriptors (32 bytes)
  */
 
-/** @type {readonly State[]} */ const STATES = ["preliminary", "tracking", "uncertain", "blind"];
+/** @type {readonly State[]} */ const STATES = ["preliminary", "tracking", "uncertain", "inertial", "blind"];
 
 // Of OaslamEstimate in bindings/wasm/odometry_js.h: doubles, then 32 bit integers.
-const ROTATION = 0, TRANSLATION = 4, COVARIANCE = 7, DOUBLES = 43;
+const ROTATION = 0, TRANSLATION = 4, COVARIANCE = 7, METRE = 43, GRAVITY = 45, DOUBLES = 48;
 const STATE = 0, RUN = 1, IMAGE = 2, KEYFRAME = 3, TRACKED = 4, INLIERS = 5, POINTS = 6, KEYFRAMES = 7, INTEGERS = 8;
+const GYROSCOPE = 4, IMU = 7; // numbers of a sample
 const LEVELS = 8, FACTOR = 1.2; // of OrbExtractor
 const FEATURE_BYTES = 45; // of a key point
 const MOST_FEATURES = 10000;
@@ -118,6 +123,8 @@ export class Odometry {
   /** @type {Estimate} */ #estimate;
   /** @type {Pose} */ #pose;
   /** @type {Int32Array} */ #integers;
+  /** @type {Float64Array} */ #metre;
+  /** @type {Float64Array} */ #gravity;
   /** @type {Uint8Array} */ #grey;
   /** @type {Uint8Array | null} */ #rgba = null;
   /** @type {Float64Array} */ #doubles; // all of the memory
@@ -201,17 +208,18 @@ export class Odometry {
    * The pose of the next image. Throws an Error for an image of another size and a time stamp that is not after the one before, which change nothing.
    * @param {Uint8Array | Uint8ClampedArray | ImageData} image width * height grey bytes, or an ImageData of that size
    * @param {number} timeSeconds of the exposure; ascends
-   * @param {Iterable<ArrayLike<number>>} [gyroscope] its samples, which ascend: time in seconds, and rad/s about the camera's x, y and z.
+   * @param {Iterable<ArrayLike<number>>} [samples] of a gyroscope, which ascend: time in seconds, and rad/s about the camera's x, y and z; those of an
+   *   IMU have three numbers more, its acceleration along these axes in m/s2, with gravity: at rest 9.81 away from the ground.
    *   Those that an earlier image had already are ignored. Best are all up to a quarter of a second after the image.
    * @returns {Estimate}
    */
-  process(image, timeSeconds, gyroscope) {
+  process(image, timeSeconds, samples) {
     if (!this.#functions) throw new Error("odometry: was deleted");
     const isRgba = this.#take(image);
-    const samples = gyroscope ? this.#takeSamples(Array.isArray(gyroscope) ? gyroscope : [...gyroscope]) : 0;
+    const count = samples ? this.#takeSamples(Array.isArray(samples) ? samples : [...samples]) : 0;
     let at = 0;
     try {
-      at = this.#functions.oaslam_odometry_process(this.#handle, timeSeconds, isRgba ? 1 : 0, samples);
+      at = this.#functions.oaslam_odometry_process(this.#handle, timeSeconds, isRgba ? 1 : 0, count);
     } catch (error) {
       this.#functions = null; // it ended in the middle
       throw error;
@@ -256,10 +264,13 @@ export class Odometry {
 
   /** @param {ArrayLike<number>[]} samples */
   #takeSamples(samples) {
-    const at = this.#functions.oaslam_odometry_samples(this.#handle, samples.length) / 8;
+    const columns = samples.length > 0 ? samples[0].length : GYROSCOPE;
+    const other = columns === GYROSCOPE || columns === IMU ? samples.findIndex(({ length }) => length !== columns) : 0;
+    if (other >= 0) throw new Error(`odometry: sample ${other}: ${samples[other].length} numbers, expected ${GYROSCOPE} in each, or ${IMU} in each`);
+    const at = this.#functions.oaslam_odometry_samples(this.#handle, samples.length, columns) / 8;
     if (this.#doubles?.buffer !== this.#memory.buffer) this.#doubles = new Float64Array(this.#memory.buffer);
     for (let i = 0; i < samples.length; ++i) {
-      for (let k = 0; k < 4; ++k) this.#doubles[at + 4 * i + k] = samples[i][k];
+      for (let k = 0; k < columns; ++k) this.#doubles[at + columns * i + k] = samples[i][k];
     }
     return samples.length;
   }
@@ -278,6 +289,10 @@ export class Odometry {
     estimate.run = integers[RUN];
     estimate.image = integers[IMAGE];
     estimate.camFromOdom = estimate.state === "blind" ? null : this.#pose;
+    const isMetreKnown = this.#metre[0] > 0;
+    estimate.metresPerUnit = isMetreKnown ? this.#metre[0] : null;
+    estimate.metreSigma = isMetreKnown ? this.#metre[1] : null;
+    estimate.gravity = isMetreKnown ? this.#gravity : null;
     estimate.keyframe = integers[KEYFRAME] !== 0;
     estimate.tracked = integers[TRACKED];
     estimate.inliers = integers[INLIERS];
@@ -294,8 +309,10 @@ export class Odometry {
     this.#pose = { rotation: doubles(ROTATION, 4), translation: doubles(TRANSLATION, 3) };
     this.#estimate = {
       state: "blind", run: 0, image: 0, camFromOdom: null, covariance: doubles(COVARIANCE, 36),
-      points: NO_POINTS, keyframes: NONE, keyframe: false, tracked: 0, inliers: 0,
+      points: NO_POINTS, keyframes: NONE, keyframe: false, tracked: 0, inliers: 0, metresPerUnit: null, metreSigma: null, gravity: null,
     };
+    this.#metre = doubles(METRE, 2);
+    this.#gravity = doubles(GRAVITY, 3);
     this.#points = new Views(this.#memory.buffer, Float32Array);
     this.#keyframes = new Views(this.#memory.buffer, Float64Array);
   }

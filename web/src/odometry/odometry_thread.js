@@ -24,6 +24,7 @@ function copyOf(estimate) {
     ...estimate,
     camFromOdom: camFromOdom && { rotation: camFromOdom.rotation.slice(), translation: camFromOdom.translation.slice() },
     covariance: estimate.covariance.slice(), points: estimate.points.slice(), keyframes: estimate.keyframes.slice(),
+    gravity: estimate.gravity && estimate.gravity.slice(),
   };
 }
 
@@ -31,9 +32,9 @@ const CALLS = {
   async create(options) {
     odometry = await Odometry.create(options);
   },
-  process({ bitmap, width, height, data, time, gyroscope }) {
+  process({ bitmap, width, height, data, time, samples }) {
     const given = bitmap ? pixelsOf(bitmap) : Object.assign(image, { width, height, data });
-    return copyOf(/** @type {Odometry} */ (odometry).process(/** @type {ImageData} */ (given), time, gyroscope));
+    return copyOf(/** @type {Odometry} */ (odometry).process(/** @type {ImageData} */ (given), time, samples));
   },
   features({ count }) {
     const features = /** @type {Odometry} */ (odometry).features(count);

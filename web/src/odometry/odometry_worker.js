@@ -60,17 +60,17 @@ export class OdometryWorker {
    * The pose of the next image; rejects as Odometry.process throws. The estimate is a copy, which stays. A bitmap is moved to the worker, and closed there.
    * @param {ImageData | ImageBitmap} image of the camera's size
    * @param {number} time seconds; ascends
-   * @param {number[][]} [gyroscope] time, x, y, z each, as for Odometry.process
+   * @param {number[][]} [samples] of a gyroscope or an IMU, as for Odometry.process
    * @returns {Promise<Estimate>}
    */
-  process(image, time, gyroscope) {
+  process(image, time, samples) {
     const { width, height } = image;
-    if (globalThis.ImageBitmap && image instanceof ImageBitmap) return this.#call("process", { bitmap: image, time, gyroscope }, [image]);
+    if (globalThis.ImageBitmap && image instanceof ImageBitmap) return this.#call("process", { bitmap: image, time, samples }, [image]);
     const { data } = /** @type {ImageData} */ (image);
     const copy = new Uint8ClampedArray(this.#buffer?.byteLength === data.length ? this.#buffer : new ArrayBuffer(data.length));
     this.#buffer = null;
     copy.set(data);
-    return this.#call("process", { data: copy, width, height, time, gyroscope }, [copy.buffer]);
+    return this.#call("process", { data: copy, width, height, time, samples }, [copy.buffer]);
   }
 
   /** Key points of the last image. @param {number} [count] about how many  @returns {Promise<Features>} */

@@ -47,13 +47,16 @@ class Stream:
 
     def send_image(self, image: Union[bytes, str, "os.PathLike[str]"], *, time: Optional[float] = None, camera: Optional[Camera] = None,
                    gravity: Optional[Sequence[float]] = None, detections: Optional[Sequence[Dict[str, Any]]] = None,
-                   angular_velocity: Optional[Sequence[Sequence[float]]] = None) -> int:
+                   angular_velocity: Optional[Sequence[Sequence[float]]] = None, imu: Optional[Sequence[Sequence[float]]] = None,
+                   cam_from_imu: Optional[Dict[str, Any]] = None) -> int:
         """Sends a JPEG or PNG file, and returns the id that its pose will have. While one image is worked at, the service keeps only the newest of
         those that come.
 
         time: when it was taken, seconds of any clock that ascends; now unless given. camera: that of the stream unless given. gravity: m/s2, in
         the camera's axes (x right, y down, z forward), pointing down. angular_velocity: rows of time, x, y, z in rad/s about these axes, best those of
-        the last second: an image that the service dropped takes its rows with it, and rows that come again are ignored.
+        the last second: an image that the service dropped takes its rows with it, and rows that come again are ignored. imu: instead of them, rows of
+        time, wx, wy, wz, ax, ay, az along the IMU's axes, in rad/s and m/s2 with gravity. cam_from_imu: how the IMU lies to the camera, a pose with
+        position (metres) and rotation, with each image; as the camera unless given.
         """
         header: Dict[str, Any] = {"type": "image", "id": self._next_id, "time": clock.monotonic() if time is None else time,
                                   "camera": self._camera if camera is None else camera}
@@ -61,6 +64,10 @@ class Stream:
             header["gravity"] = list(gravity)
         if angular_velocity is not None:
             header["angular_velocity"] = [list(row) for row in angular_velocity]
+        if imu is not None:
+            header["imu"] = [list(row) for row in imu]
+        if cam_from_imu is not None:
+            header["cam_from_imu"] = cam_from_imu
         if detections is not None:
             header["detections"] = list(detections)
         text = json.dumps(header).encode()

@@ -1,0 +1,214 @@
+// What a depth camera tells the odometry.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "oaslam/odometry/odometry.h"
+#include "oaslam/util/log.h"
+#include "oaslam/util/median.h"
+
+namespace oaslam {
+namespace {
+
+// Of points that are followed: so many determine a pose as well as those of a beginning by images.
+constexpr int kLeastDepths = 60;
+
+}  // namespace
+
+bool DepthTrust::IsDue(double time_s) const {
+  // A depth camera that agreed for so long seldom begins to disagree.
+  constexpr int kOften = 10;
+  constexpr double kSeconds = 1, kLaterSeconds = 10;
+  return !judged_s_ || time_s - *judged_s_ >= (views_ < kOften ? kSeconds : kLaterSeconds);
+}
+
+void DepthTrust::Add(double time_s, std::span<const Views> at_zooms) {
+  constexpr size_t kLeast = 50;  // points
+  judged_s_ = time_s;
+  for (const Views& views : at_zooms)
+    if (views.size() < kLeast) return;
+  ++views_;
+  for (size_t zoom = 0; zoom < at_zooms.size(); ++zoom) {
+    std::vector<double> off;
+    for (const View& view : at_zooms[zoom]) off.push_back(view.log_ratio);
+    const double median = Median(off);
+    for (double& x : off) x = std::abs(x - median);
+    if (zoom == kUnzoomed) {
+      // Where the depths are right, one in twenty is off by three sigmas.
+      constexpr double kMost = 3, kFloor = 0.02;
+      int count = 0;
+      for (size_t i = 0; i < off.size(); ++i)
+        count += off[i] > kMost * std::hypot(at_zooms[zoom][i].sigma, kFloor);
+      share_off_ += count / static_cast<double>(off.size());
+    }
+    spread_[zoom] += Median(std::move(off));
+  }
+}
+
+std::string DepthTrust::Problem() const {
+  constexpr int kLeast = 4;
+  if (views_ < kLeast) return "";
+  const auto best = std::ranges::min_element(spread_);
+  // Of the depths as they were given; and the spread of the logarithm, with less of which they fit.
+  constexpr double kBetter = 0.75, kFits = 0.01;
+  if (spread_[kUnzoomed] > kFits * views_ && *best < kBetter * spread_[kUnzoomed])
+    return fmt::format(
+        "they fit the images better when magnified by {:.2f}: they are not registered to the "
+        "colour images; give the depth camera's calibration",
+        1 / kZooms[best - spread_.begin()]);
+  constexpr double kMostOff = 0.4;
+  if (share_off_ > kMostOff * views_)
+    return fmt::format(
+        "{:.0f} % of them contradict the parallax of the images: they are not registered, or of "
+        "other images",
+        100 * share_off_ / views_);
+  return "";
+}
+
+void Odometry::TakeDepth(const std::shared_ptr<const DepthMap>& depth) {
+  depth_ = depth_is_refused_ ? nullptr : depth;
+  // Depths that came late: what the images have told so far is without a metre, and preliminary.
+  if (!depth_ || !is_beginning_ || window_.images.empty()) return;
+  const auto is_seen = [&](const WindowPoint& p) { return p.is_tracked && DepthAt(p.px); };
+  if (2 * std::ranges::count_if(window_.points, is_seen) > 3 * kLeastDepths) BeginAnew();
+}
+
+std::optional<MeasuredDepth> Odometry::DepthAt(const Eigen::Vector2f& px) const {
+  return depth_ ? depth_->At(std::ldexp(1, halvings_) * px.cast<double>()) : std::nullopt;
+}
+
+// The inverse depth that was measured there, and its standard deviation, by units; nothing while
+// the length of a metre is not known.
+std::optional<MeasuredInverseDepth> Odometry::MeasuredAt(const Eigen::Vector2f& px) const {
+  if (!(units_per_metre_ > 0)) return std::nullopt;
+  const std::optional<MeasuredDepth> depth = DepthAt(px);
+  if (!depth) return std::nullopt;
+  const double value = 1 / (depth->z * units_per_metre_);
+  return MeasuredInverseDepth{value, value * depth->sigma / depth->z};
+}
+
+void Odometry::MeasureSightings() {
+  if (!depth_) return;
+  for (WindowPoint& p : window_.points)
+    if (!p.sightings.empty() && p.sightings.back().image == window_.newest().id)
+      p.sightings.back().measured = MeasuredAt(p.px);
+}
+
+// Adds the first points. Where enough of them have a depth, the motion needs no beginning.
+void Odometry::AddFirstPoints() {
+  units_per_metre_ = depth_ ? 1 : 0;
+  AddPoints();
+  if (!depth_) return;
+  if (std::ranges::count_if(window_.points, &WindowPoint::is_measured) >= kLeastDepths) {
+    is_beginning_ = false;
+    UpdateMedianDepth(false, window_);
+    return;
+  }
+  units_per_metre_ = 0;
+  window_.points.clear();
+  AddPoints();
+}
+
+// Of a run that began without depths: the length of a metre, once points have both a depth that was
+// measured and one by their parallax.
+void Odometry::LearnMetre() {
+  constexpr double kMostSpread = 0.1;  // half of the ratios are within
+  if (!depth_ || is_beginning_ || units_per_metre_ > 0) return;
+  std::vector<double> ratios;
+  for (const WindowPoint& p : window_.points) {
+    if (!p.is_tracked || !p.HasGoodDepth()) continue;
+    const auto depth = DepthAt(p.px);
+    const double inverse = window_.InverseDepthIn(p, window_.newest());
+    if (depth && inverse > 0) ratios.push_back(1 / (inverse * depth->z));
+  }
+  if (std::ssize(ratios) < kLeastDepths) return;
+  const double median = Median(ratios);
+  for (double& ratio : ratios) ratio = std::abs(ratio / median - 1);
+  if (Median(std::move(ratios)) < kMostSpread) units_per_metre_ = median;
+}
+
+// Compares the depth of a point, which was just optimised, with what its parallax alone says; a
+// measurement that contradicts it is of another surface, and is not used.
+void Odometry::CompareDepth(WindowPoint& point) {
+  constexpr double kKnown = 0.05, kMostOff = 4;  // by the parallax, a share; sigmas
+  if (!point.is_measured) return;
+  const DepthPrior prior{0, point.ray, point.prior_inverse_depth, point.prior_sigma, true};
+  const double prior_variance = point.prior_sigma * point.prior_sigma,
+               prior_information = WeightOf(prior, point.inverse_depth) / prior_variance,
+               by_parallax = 1 / point.variance - prior_information;
+  if (!(by_parallax * std::pow(kKnown * point.prior_inverse_depth, 2) > 1)) return;
+  const double inverse_depth =
+      (point.inverse_depth / point.variance - point.prior_inverse_depth * prior_information) /
+      by_parallax;
+  const double off = std::abs(inverse_depth - point.prior_inverse_depth) /
+                     std::sqrt(1 / by_parallax + prior_variance);
+  if (!(off > kMostOff)) return;
+  point.is_measured = false;
+  point.inverse_depth = point.prior_inverse_depth = inverse_depth;
+  point.prior_sigma = std::max(std::abs(inverse_depth), window_.median_inverse_depth);
+  point.variance = 1 / by_parallax;
+}
+
+// The window by its images alone: only its first pose is held, and the farthest one keeps its
+// distance.
+Window Odometry::WithoutDepths() const {
+  Window free = window_;
+  free.inertial.reset();
+  const auto way = [&](const WindowImage& image) {
+    return (image.cam_from_odom.OriginInSource() -
+            free.images.front().cam_from_odom.OriginInSource())
+        .norm();
+  };
+  const auto farthest = std::ranges::max_element(free.images, {}, way);
+  free.unit = UnitLength{free.images.front().id, farthest->id, way(*farthest)};
+  for (WindowImage& image : free.images) image.is_held = image.id == free.images.front().id;
+  constexpr double kUnknown = 5;  // median depths
+  for (WindowPoint& p : free.points)
+    if (std::exchange(p.is_measured, false)) p.prior_sigma = kUnknown * free.median_inverse_depth;
+  return free;
+}
+
+// Compares, from time to time, the depths of the newest image with those that the images alone
+// tell, but for their unit; depths that contradict them are not used any more.
+void Odometry::JudgeDepth() {
+  if (!depth_ || is_beginning_ || !(units_per_metre_ > 0)) return;
+  if (!depth_trust_.IsDue(window_.newest().time_s)) return;
+  constexpr int kIterations = 10;
+  constexpr double kKnown = 0.05;  // by the images, a share
+  Window free = WithoutDepths();
+  const WindowProblem made = ProblemOf(free, window_options_, false);
+  InverseDepthState state = made.StateOf(free);
+  const InverseDepthReport report =
+      solver_.Minimize(made.problem, {.max_iterations = kIterations, .tolerance = 1e-4}, state);
+  made.Apply(state, free);
+  std::array<DepthTrust::Views, DepthTrust::kZooms.size()> views;
+  const Eigen::Vector2f center(static_cast<float>(camera_.cx), static_cast<float>(camera_.cy));
+  for (size_t k = 0; k < report.variances.size(); ++k) {
+    const WindowPoint& p = free.points[made.points[k]];
+    const double sigma = std::sqrt(report.variances[k]) / p.inverse_depth;
+    if (!p.is_tracked || !(sigma > 0 && sigma < kKnown)) continue;
+    const double inverse_depth = free.InverseDepthIn(p, free.newest());
+    for (size_t zoom = 0; zoom < views.size(); ++zoom)
+      if (const auto depth = DepthAt(center + DepthTrust::kZooms[zoom] * (p.px - center)))
+        views[zoom].push_back(
+            {std::log(depth->z * inverse_depth), std::hypot(sigma, depth->sigma / depth->z)});
+  }
+  depth_trust_.Add(free.newest().time_s, views);
+  const std::string problem = depth_trust_.Problem();
+  if (problem.empty()) return;
+  Log(LogLevel::kWarning, "the depths are not used from now on: {}", problem);
+  depth_is_refused_ = true;
+  depth_ = nullptr;
+  units_per_metre_ = 0;
+  for (WindowPoint& p : window_.points) {
+    for (Sighting& s : p.sightings) s.measured.reset();
+    if (std::exchange(p.is_measured, false))
+      p.prior_sigma = std::max(p.prior_inverse_depth, window_.median_inverse_depth);
+  }
+}
+
+}  // namespace oaslam

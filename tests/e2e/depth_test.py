@@ -1,0 +1,92 @@
+"""Depth cameras: --depth, and what is said of depths that are wrong."""
+import os
+
+import numpy as np
+
+from harness import InFolder, must_run, oaslam, read_csv, read_tum
+
+WIDTH, HEIGHT, FOCAL, COUNT = 320, 240, 300, 40
+STEP = 0.02  # m, to the right
+WALL, BOX = 3.0, 1.5  # m: each step moves them by 2 and 4 px
+BOX_PX = (100, 60, 220, 180)  # left, top, right, bottom in the first image
+
+
+def texture(seed, width, height):
+    rng = np.random.default_rng(seed)
+    return np.kron(rng.integers(20, 235, (height // 4 + 1, width // 4 + 1)), np.ones((4, 4), int))[:height, :width]
+
+
+def write_pgm(path, image):
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    most, kind = (255, ">u1") if image.max() < 256 and "depth" not in path else (65535, ">u2")
+    with open(path, "wb") as file:
+        file.write(f"P5\n{image.shape[1]} {image.shape[0]}\n{most}\n".encode() + image.astype(kind).tobytes())
+
+
+class TestDepth(InFolder):
+    @classmethod
+    def prepare(cls):
+        wall, box = texture(1, WIDTH + 2 * COUNT, HEIGHT), texture(2, WIDTH, HEIGHT)
+        for i in range(COUNT):
+            image, depth = wall[:, 2 * i:2 * i + WIDTH].copy(), np.full((HEIGHT, WIDTH), WALL)
+            left, right = (max(0, x - 4 * i) for x in BOX_PX[::2])
+            rows = slice(BOX_PX[1], BOX_PX[3])
+            image[rows, left:right] = box[rows, BOX_PX[0]:BOX_PX[2]][:, BOX_PX[2] - BOX_PX[0] - (right - left):]
+            depth[rows, left:right] = BOX
+            write_pgm(cls.path(f"walk/rgb/{i:04d}.pgm"), image)
+            write_pgm(cls.path(f"walk/depth/{i:04d}.pgm"), np.round(depth[::2, ::2] * 1000))
+            write_pgm(cls.path(f"tum/depth/{i}.pgm"), np.round(depth * 5000))
+        cls.camera = cls.path("camera.yaml")
+        with open(cls.camera, "w", encoding="utf-8") as file:
+            file.write(f"image_width: {WIDTH}\nimage_height: {HEIGHT}\ndistortion_model: plumb_bob\n"
+                       f"camera_matrix: {{rows: 3, cols: 3, data: [{FOCAL}, 0, {WIDTH / 2}, 0, {FOCAL}, {HEIGHT / 2}, 0, 0, 1]}}\n"
+                       "distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\n")
+        for name, line in (("rgb", "{t:.4f} ../walk/rgb/{i:04d}.pgm\n"), ("depth", "{u:.4f} depth/{i}.pgm\n")):
+            with open(cls.path(f"tum/{name}.txt"), "w", encoding="utf-8") as file:
+                file.writelines(line.format(i=i, t=100 + i / 30, u=100.008 + i / 30) for i in range(COUNT))
+
+    def odometry(self, name, images, *options):
+        done = must_run("odometry", images, "--camera", self.camera, "--out", self.path(f"{name}.txt"), "--report", self.path(f"{name}.csv"), *options)
+        poses = read_tum(self.path(f"{name}.txt"))
+        way = np.linalg.norm(np.subtract(poses[-1][1], poses[0][1]))
+        return done, way, read_csv(self.path(f"{name}.csv"))
+
+    def test_poses_are_in_metres_from_the_first_image_on(self):
+        walk = self.path("walk")
+        for name, images, options in (("folder", f"{walk}/rgb", ("--depth", f"{walk}/depth")), ("list", self.path("tum"), ())):
+            done, way, rows = self.odometry(name, images, *options)
+            assert abs(way / (STEP * (COUNT - 1)) - 1) < 0.02, (name, way)
+            assert all(row["state"] == "tracking" and float(row["metres_per_unit"]) == 1 for row in rows), name
+        assert f"taken for TUM (--dataset): {COUNT} images, {COUNT} depth images" in done.err, done
+        _, way, rows = self.odometry("none", self.path("tum"), "--depth", "none")
+        assert rows[0]["state"] == "preliminary" and float(rows[-1]["metres_per_unit"]) == 0
+
+    def test_a_map_is_in_metres(self):
+        walk = self.path("walk")
+        done = must_run("run", "--images", f"{walk}/rgb", "--camera", self.camera, "--depth", f"{walk}/depth", "--out", self.path("run"))
+        poses = read_tum(self.path("run/trajectory.txt"))
+        assert abs(np.linalg.norm(np.subtract(poses[-1][1], poses[0][1])) / (STEP * (len(poses) - 1)) - 1) < 0.03, done
+
+    def test_another_camera_is_registered(self):
+        with open(self.camera, encoding="utf-8") as file, open(self.path("depth.yaml"), "w", encoding="utf-8") as out:
+            out.write(file.read() + "T_cam_depth: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n")
+        _, way, _ = self.odometry("registered", self.path("tum"), "--depth-camera", self.path("depth.yaml"))
+        assert abs(way / (STEP * (COUNT - 1)) - 1) < 0.02, way
+
+    def test_a_wrong_unit_is_said(self):
+        done, _, rows = self.odometry("unit", self.path("tum"), "--depth-unit", "0.2")
+        assert done.err.count("its unit is probably wrong (0.2 m)") == 1, done
+        assert float(rows[-1]["metres_per_unit"]) == 0
+
+    def test_what_does_not_fit_is_refused(self):
+        rgb, depth = self.path("walk/rgb"), self.path("walk/depth")
+        with open(self.path("bad.txt"), "w", encoding="utf-8") as file:
+            file.write("1.0 depth/1.pgm\nsoon depth/2.pgm\n")
+        for options, message in ((("--depth", self.path("nowhere")), "nowhere"),
+                                 (("--depth", self.path("bad.txt")), 'bad.txt:2: "soon depth/2.pgm", expected'),
+                                 (("--depth", rgb), "8 bits and 1 channels, expected a depth image"),
+                                 (("--depth-unit", "0.001"), "--depth-unit, --depth-camera: need --depth"),
+                                 (("--depth", depth, "--depth-camera", self.camera), "320")):
+            done = oaslam("odometry", rgb, "--camera", self.camera, "--out", self.path("no.txt"), *options)
+            assert done.code != 0 and message in done.err and len(done.err.strip().splitlines()) == 1, done
+            assert not os.path.exists(self.path("no.txt"))
