@@ -74,7 +74,7 @@ class TestOdometry(InFolder):
         subprocess.run([sys.executable, tool, groundtruth("map_front"), imu, "--percent", "0.5", "--accelerations"], check=True)
         done = must_run("run", "--images", VIDEO, "--camera", CAMERA, "--imu", imu, "--out", self.path("metres"), "--map-out", self.path("metres.map"))
         sensor = read_json(os.path.join(self.path("metres"), "summary.json"))["unit_by_sensor"]
-        assert sensor["sensor"] == "imu" and 0 < sensor["sigma"] <= 0.08, done.err
+        assert sensor["sensor"] == "imu" and 0 < sensor["sigma"] <= 0.06, done.err
         matched = pairs(read_tum(os.path.join(self.path("metres"), "trajectory.txt")), read_tum(groundtruth("map_front")))
         scale = similarity(matched)[0]
         assert abs(scale - 1) < 0.05, (scale, done.err)

@@ -451,7 +451,7 @@ std::vector<FormerWorld> Slam::Impl::FormerWorlds() const {
 void Slam::Impl::TakeSensorsMetre(bool is_last) {
   const std::optional<MeasuredMetre> metre = session().tracker().metre();
   if (!is_mapping_ || !metre || atlas_->failure()) return;
-  constexpr double kMostSigma = 0.08, kMuch = 0.02, kLeastChange = 1e-3;
+  constexpr double kMostSigma = 0.06, kMuch = 0.02, kLeastChange = 1e-3;
   const std::shared_ptr<const Map> map = session().snapshot();
   if (map->keyframes.empty() || (map->is_metric && !map->unit_evidence)) return;
   const double off = std::abs(std::log(metre->metres_per_unit));
