@@ -69,7 +69,7 @@ struct WindowInertial {
 inline constexpr double kUsualAccelerationNoise = 0.02;
 
 // The stated sigma of the metre, of that of the normal equations: errors of sightings are alike
-// from image to image. In six rooms and two flights the metre is off by 1.2 to 2.4 % where these
+// from image to image. In four walks and two flights the metre is off by .6 to 2.4 % where these
 // say .4 to 1 %.
 inline constexpr double kOfMetreSigma = 2.5;
 

@@ -193,8 +193,7 @@ void Odometry::AlignInertial() {
       if (fit->chi2 > kMostChi2) return;
       imu_problem_ =
           "the accelerations have the wrong sign: at rest they point to the ground (an IMU "
-          "measures "
-          "the force that holds it); taken the other way round";
+          "measures the force that holds it); taken the other way round";
       is_sign_wrong_ = !is_sign_wrong_;
       BeginImuAnew();
       return;

@@ -115,8 +115,7 @@ void DepthRegistration::CheckRange(const DepthImage& depth) {
   if (strange_images_ < kImages) return;
   Log(LogLevel::kWarning,
       "depth: {} of {} depths are outside of {:.6g} to {:.6g} m, the median is {:.4g} m: its unit "
-      "is "
-      "probably wrong{}",
+      "is probably wrong{}",
       measured.size() - in_range, measured.size(), depth.model.nearest, depth.model.farthest,
       Median(measured),
       depth.image.type() == CV_16UC1 ? fmt::format(" ({:.6g} m)", depth.unit) : " (not metres)");
