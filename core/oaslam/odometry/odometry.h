@@ -16,6 +16,7 @@
 #include "oaslam/odometry/accelerometer.h"
 #include "oaslam/odometry/beginning.h"
 #include "oaslam/odometry/corners.h"
+#include "oaslam/odometry/depth_trust.h"
 #include "oaslam/odometry/grey_pyramid.h"
 #include "oaslam/odometry/gyroscope.h"
 #include "oaslam/odometry/inverse_depth_solver.h"
@@ -95,33 +96,6 @@ struct OdometryEstimate {
   bool metre_is_by_depth = false;  // by a depth camera, not by an IMU
   // Along the camera's axes, m/s^2, by the accelerometer.
   std::optional<Eigen::Vector3d> gravity_in_cam{};
-};
-
-// Whether a depth camera agrees with what the images tell, as seen from time to time.
-class DepthTrust {
- public:
-  // A depth that was measured, by the one that the images tell, and the sigma of the logarithm.
-  struct View {
-    double log_ratio = 0, sigma = 0;
-  };
-  using Views = std::vector<View>;
-  // Depths are also looked up where their image is magnified by these factors: they fit best there
-  // if the camera of the depths, to which they are not registered, has another focal length.
-  static constexpr std::array kZooms{0.85F, 0.9F, 0.95F, 1.0F, 1.05F, 1.1F, 1.15F};
-  static constexpr size_t kUnzoomed = 3;
-
-  bool IsDue(double time_s) const;
-  // The points of an image, for each zoom.
-  void Add(double time_s, std::span<const Views> at_zooms);
-  // In a sentence's end; empty while there is none.
-  std::string Problem() const;
-
- private:
-  std::optional<double> judged_s_;
-  int views_ = 0;
-  // Sums over the views: of the shares of depths that contradict the images, and of the spread.
-  double share_off_ = 0;
-  std::array<double, kZooms.size()> spread_{};
 };
 
 // Visual odometry of one camera: the pose of every image in a frame of its own, in the unit of the
