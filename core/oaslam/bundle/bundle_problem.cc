@@ -189,7 +189,7 @@ class BundleProblem {
                           id,
                           {0, 0, keyframe.motion->cam_from_cam * from->cam_from_carrier,
                            keyframe.motion->sigma_position, keyframe.motion->sigma_rotation,
-                           keyframe.motion->is_metric}});
+                           keyframe.motion->IsMetric()}});
     }
   }
 

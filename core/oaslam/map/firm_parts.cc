@@ -38,7 +38,7 @@ void FirmParts::Connect(const Map& map, KeyframeId id) {
   for (const Covisible& c : map.keyframes.At(id).covisible)
     if (c.shared >= kEnough) Unite(id, c.keyframe);
   const auto& motion = map.keyframes.At(id).motion;
-  if (!motion || !motion->is_metric) return;
+  if (!motion || !motion->IsMetric()) return;
   if (const auto before = map.ResolveKeyframe(motion->from)) Unite(id, before->by);
 }
 

@@ -49,7 +49,7 @@ TEST(FirmParts, AMotionInMetresTiesIt) {
   Map map = TwoRooms(20);
   map.keyframes.MutableAt(KeyframeId(5)).motion.emplace().from = KeyframeId(4);
   EXPECT_TRUE(FirmParts().IsLoose(map, KeyframeId(2)));
-  map.keyframes.MutableAt(KeyframeId(5)).motion->is_metric = true;
+  map.keyframes.MutableAt(KeyframeId(5)).motion->metres = 1;
   EXPECT_FALSE(FirmParts().IsLoose(map, KeyframeId(2)));
 }
 

@@ -35,8 +35,11 @@ struct KeyframeMotion {
   KeyframeId from;
   Rigid3 cam_from_cam;                            // this keyframe's camera from the other's
   double sigma_position = 0, sigma_rotation = 0;  // standard deviations; rotation in rad
-  bool is_metric = false;                         // an IMU or a depth camera tells its length
+  double metres = 0;          // the length of the motion by an IMU or a depth camera; 0: not known
+  double relative_sigma = 0;  // standard deviation of `metres`, divided by it
 
+  bool IsMetric() const { return metres > 0; }
+  // `metres` stays: what changes is the unit of the map.
   void Scale(double factor) {
     cam_from_cam.translation *= factor;
     sigma_position *= factor;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/map/metre.h"
 #include "oaslam/map/scale_drift.h"
 #include "oaslam/relocalization/given_input.h"
 #include "oaslam/relocalization/image_search.h"
@@ -449,11 +450,13 @@ std::vector<FormerWorld> Slam::Impl::FormerWorlds() const {
 }
 
 void Slam::Impl::TakeSensorsMetre(bool is_last) {
-  const std::optional<MeasuredMetre> metre = session().tracker().metre();
+  std::optional<MeasuredMetre> metre = session().tracker().metre();
   if (!is_mapping_ || !metre || atlas_->failure()) return;
   constexpr double kMostSigma = 0.06, kMuch = 0.02, kLeastChange = 1e-3;
   const std::shared_ptr<const Map> map = session().snapshot();
   if (map->keyframes.empty() || (map->is_metric && !map->unit_evidence)) return;
+  if (is_last)
+    metre->metres_per_unit = MetresPerUnitByMotions(*map).value_or(metre->metres_per_unit);
   const double off = std::abs(std::log(metre->metres_per_unit));
   if (!(metre->relative_sigma <= kMostSigma)) return;
   if (map->is_metric && map->unit_evidence->source != UnitSource::kObjects) {

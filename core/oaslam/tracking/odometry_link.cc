@@ -119,13 +119,17 @@ std::optional<MotionInMap> OdometryLink::MotionBetween(
     motion.cam_from_cam.translation.setZero();
     motion.sigma_position = kUnknownWay * depth_;
   } else {
+    if (metre_ && before->metre && now->metre) {
+      const MeasuredMetre metre = newest.motion->metre.value_or(*now->metre);
+      motion.metres = metre.metres_per_unit * motion.cam_from_cam.translation.norm();
+      motion.relative_sigma = metre.relative_sigma;
+    }
     motion.cam_from_cam.translation *= unit_->length;
     motion.sigma_position =
         std::max(kSigmaOfWay, unit_->spread) * motion.cam_from_cam.translation.norm() +
         (IsYoung(newest.timestamp) ? kSigmaOfDepthIfYoung : kSigmaOfDepth) * unit_->length *
             MedianDepthOf(*now);
   }
-  motion.is_metric = !motion.is_turn && metre_ && before->metre && now->metre;
   // Where the way is not known, part of what looks like a turn may be a way.
   const double least_turn = motion.is_turn ? kUnknownWay : kLeastTurn;
   motion.sigma_rotation =
@@ -153,8 +157,9 @@ std::vector<std::pair<KeyframeId, KeyframeMotion>> OdometryLink::MotionsToKeyfra
     if (!before || !frame.motion || (!is_newest && !CamFromOdom(*before, *frame.motion))) continue;
     const auto motion = MotionBetween(before, now, frame);
     if (motion && !motion->is_turn)
-      motions.push_back({to, KeyframeMotion{from, motion->cam_from_cam, motion->sigma_position,
-                                            motion->sigma_rotation, motion->is_metric}});
+      motions.push_back(
+          {to, KeyframeMotion{from, motion->cam_from_cam, motion->sigma_position,
+                              motion->sigma_rotation, motion->metres, motion->relative_sigma}});
   }
   return motions;
 }

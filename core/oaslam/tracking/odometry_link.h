@@ -25,8 +25,8 @@ double MedianDepthOf(const FrameMotion& motion, float above = -INFINITY);
 struct MotionInMap {
   Rigid3 cam_from_cam;  // the later camera from the earlier one
   double sigma_position = 0, sigma_rotation = 0;
-  bool is_turn = false;    // only the rotation of the motion is known
-  bool is_metric = false;  // as of KeyframeMotion
+  bool is_turn = false;                   // only the rotation of the motion is known
+  double metres = 0, relative_sigma = 0;  // as of KeyframeMotion
 };
 
 // A pose by dead reckoning: by the camera's motion since the map last gave a pose.

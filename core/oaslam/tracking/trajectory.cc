@@ -63,6 +63,8 @@ void Trajectory::Refine(const Map& map, const Unrefined& unrefined, FramePose& p
     pose.cam_from_reference = unrefined.carried->cam_from_other * other->cam_from_reference;
     return;
   }
+  // The points contradicted the motion, and may be others that look alike.
+  if (pose.state == TrackingState::kOdometry) return;
   constexpr int kMinInliers = 20;  // with fewer, the pose from tracking is more certain
   // The share of a frame's landmarks that must be inliers; with fewer, the landmarks themselves
   // have changed.

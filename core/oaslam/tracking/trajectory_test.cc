@@ -66,6 +66,16 @@ TEST(Trajectory, KeepsThePoseWhereTheMapForgotWhatTheFrameSaw) {
   EXPECT_NEAR(s.Error(trajectory.poses().front()), 0.02, 1e-9);
 }
 
+TEST(Trajectory, KeepsThePoseThatTheOdometryGaveAgainstThePoints) {
+  const TrajectoryScene s;
+  Trajectory trajectory;
+  FramePose pose = s.Pose(20);
+  pose.state = TrackingState::kOdometry;
+  trajectory.Add(pose, s.frame, s.landmarks);
+  trajectory.RefinePosesBefore(s.mapped.map, 100);
+  EXPECT_NEAR(s.Error(trajectory.poses().front()), 0.02, 1e-9);
+}
+
 TEST(Trajectory, FramesComeInAnyOrderAndKeyframesCarryThemselves) {
   const TrajectoryScene s;
   Trajectory trajectory;

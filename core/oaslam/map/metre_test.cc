@@ -1,0 +1,51 @@
+#include "oaslam/map/metre.h"
+
+#include <gtest/gtest.h>
+
+namespace oaslam {
+namespace {
+
+// Keyframes along a line, each `step` units behind the one before it.
+Map Line(double step, int count) {
+  Map map;
+  for (int k = 0; k < count; ++k) {
+    Keyframe keyframe;
+    keyframe.frame_index = k;
+    keyframe.cam_from_world.translation.z() = step * k;
+    map.keyframes.Insert(KeyframeId(static_cast<uint32_t>(k)), std::move(keyframe));
+  }
+  return map;
+}
+
+void Measure(uint32_t id, double metres, double relative_sigma, Map& map) {
+  KeyframeMotion motion;
+  motion.from = KeyframeId(id - 1);
+  motion.metres = metres;
+  motion.relative_sigma = relative_sigma;
+  map.keyframes.MutableAt(KeyframeId(id)).motion = motion;
+}
+
+TEST(MetresPerUnitByMotions, IsThatOfTheMapAsItIsNow) {
+  Map map = Line(0.5, 4);
+  EXPECT_FALSE(MetresPerUnitByMotions(map));
+  for (uint32_t id = 1; id < 4; ++id) Measure(id, 1, 0.01, map);
+  EXPECT_NEAR(MetresPerUnitByMotions(map).value(), 2, 1e-9);
+  map.Scale(4);  // as a loop does
+  EXPECT_NEAR(MetresPerUnitByMotions(map).value(), 0.5, 1e-9);
+}
+
+TEST(MetresPerUnitByMotions, WhatIsKnownBetterCountsMore) {
+  Map map = Line(1, 3);
+  Measure(1, 1, 0.06, map);
+  Measure(2, 1.05, 0.006, map);
+  EXPECT_NEAR(MetresPerUnitByMotions(map).value(), 1.05, 0.001);
+}
+
+TEST(MetresPerUnitByMotions, NeedsAMotion) {
+  Map map = Line(0, 2);
+  Measure(1, 1, 0.01, map);
+  EXPECT_FALSE(MetresPerUnitByMotions(map)) << "the camera stood";
+}
+
+}  // namespace
+}  // namespace oaslam
