@@ -94,6 +94,7 @@ class BundleProblem {
       observations_[i].is_active = active;
       if (observations_[i].free_cost) observations_[i].free_cost->set_active(active);
       if (observations_[i].fixed_cost) observations_[i].fixed_cost->set_active(active);
+      if (observations_[i].depth_cost) observations_[i].depth_cost->set_active(active);
     }
     return static_cast<double>(outliers) / static_cast<double>(chi2.size());
   }
@@ -125,8 +126,10 @@ class BundleProblem {
     const Keyframe* by = nullptr;
     Eigen::Vector2d px;
     double sigma_px = 1;
+    MeasuredDepth depth{};  // z 0: none
     ReprojectionCost* free_cost = nullptr;
     FixedPoseReprojectionCost* fixed_cost = nullptr;
+    DepthCost* depth_cost = nullptr;
     bool is_active = true;
   };
 
@@ -159,9 +162,10 @@ class BundleProblem {
           continue;
         const Keyframe& by = map_.keyframes.At(o.keyframe);
         const Keypoint& keypoint = by.features->keypoints[o.keypoint];
-        observations_.push_back({o.keyframe, static_cast<int>(points_.size()), pose, &by,
-                                 keypoint.px.cast<double>(),
-                                 static_cast<double>(by.features->pyramid.scale[keypoint.octave])});
+        observations_.push_back(
+            {o.keyframe, static_cast<int>(points_.size()), pose, &by, keypoint.px.cast<double>(),
+             static_cast<double>(by.features->pyramid.scale[keypoint.octave]),
+             map_.is_metric && !by.depths.empty() ? by.depths[o.keypoint] : MeasuredDepth{}});
       }
       if (observations_.size() - before < 2) {
         observations_.resize(before);
@@ -213,6 +217,7 @@ class BundleProblem {
             &fixed_costs_.emplace_back(camera, seen.by->cam_from_world, seen.px, seen.sigma_px);
         problem_->AddResidualBlock(seen.fixed_cost, &loss_, point);
       }
+      if (seen.depth.z > 0) AddDepth(seen);
     }
     for (const Moved& moved : motions_) {
       const int from = IndexOfFree(moved.from), to = IndexOfFree(moved.to);
@@ -226,6 +231,14 @@ class BundleProblem {
           &motion_costs_.emplace_back(moved.measured, fixed(moved.from, from), fixed(moved.to, to)),
           moved.measured.is_sure ? nullptr : &motion_loss_, blocks);
     }
+  }
+
+  void AddDepth(Seen& seen) {
+    std::vector<double*> blocks{points_[seen.point].data()};
+    if (seen.pose >= 0) blocks.insert(blocks.begin(), poses_[seen.pose].data());
+    seen.depth_cost = &depth_costs_.emplace_back(
+        seen.depth, seen.pose >= 0 ? std::nullopt : std::optional(seen.by->cam_from_world));
+    problem_->AddResidualBlock(seen.depth_cost, &depth_loss_, blocks);
   }
 
   bool SolveSmall(int max_iterations, const BundleEffort& effort) {
@@ -250,7 +263,7 @@ class BundleProblem {
           poses_.size() + (std::ranges::lower_bound(selection_.fixed_keyframes, seen.keyframe) -
                            selection_.fixed_keyframes.begin()));
       measurements.push_back(
-          {seen.pose >= 0 ? seen.pose : fixed, seen.point, seen.px, 1 / seen.sigma_px});
+          {seen.pose >= 0 ? seen.pose : fixed, seen.point, seen.px, 1 / seen.sigma_px, seen.depth});
     }
     const MinimizationReport report = MinimizeReprojection(
         measurements, static_cast<int>(poses_.size()),
@@ -341,11 +354,13 @@ class BundleProblem {
   std::vector<Moved> motions_;
   std::deque<ReprojectionCost> free_costs_;
   std::deque<FixedPoseReprojectionCost> fixed_costs_;
+  std::deque<DepthCost> depth_costs_;
   std::vector<Ellipsoid> ellipsoids_;  // start values of the selected objects
   std::vector<ShapeBlock> shapes_;     // their changes; empty where they are fixed
   std::deque<BoxEdgeCost> box_costs_;
   std::deque<ShapePriorCost> shape_priors_;
   std::deque<MotionCost> motion_costs_;
+  ceres::HuberLoss depth_loss_{std::sqrt(kChi2OneDof)};
   ceres::HuberLoss motion_loss_{std::sqrt(kChi2SixDof)};
   PoseManifold manifold_;
   ceres::HuberLoss box_loss_{1};

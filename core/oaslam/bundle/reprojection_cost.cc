@@ -45,6 +45,13 @@ Eigen::Map<const Eigen::Vector3d> Translation(const double* pose) {
   return Eigen::Map<const Eigen::Vector3d>(pose + 4);
 }
 
+// The derivative of q x, which is x + 2 w (v x x) + 2 v x (v x x), by the vector v of q.
+Eigen::Matrix3d TurnedByVector(const Eigen::Quaterniond& q, const Eigen::Vector3d& x) {
+  const Eigen::Vector3d v = q.vec();
+  return -2 * q.w() * Skew(x) +
+         2 * (v * x.transpose() + v.dot(x) * Eigen::Matrix3d::Identity() - 2 * x * v.transpose());
+}
+
 // Writes the residual of a point in the camera; returns its derivative by that point.
 Matrix23 Project(const Eigen::Vector3d& p, double fx, double fy,
                  const Eigen::Vector2d& px_minus_center, double* residuals) {
@@ -127,17 +134,43 @@ bool ReprojectionCost::Evaluate(const double* const* parameters, double* residua
   }
   if (!jacobians) return true;
   if (jacobians[0]) {
-    // x + 2 w (v x x) + 2 v x (v x x) by v and by w.
-    const Eigen::Matrix3d by_vector =
-        -2 * q.w() * Skew(x) +
-        2 * (v * x.transpose() + v.dot(x) * Eigen::Matrix3d::Identity() - 2 * x * v.transpose());
     Eigen::Map<Matrix27> j(jacobians[0]);
-    j.leftCols<3>().noalias() = by_point_in_cam * by_vector;
+    j.leftCols<3>().noalias() = by_point_in_cam * TurnedByVector(q, x);
     j.col(3).noalias() = by_point_in_cam * cross;
     j.rightCols<3>() = by_point_in_cam;
   }
   if (jacobians[1])
     Eigen::Map<Matrix23>(jacobians[1]).noalias() = by_point_in_cam * q.toRotationMatrix();
+  return true;
+}
+
+DepthCost::DepthCost(const MeasuredDepth& depth, const std::optional<Rigid3>& cam_from_world)
+    : z_(depth.z), inverse_sigma_(1 / depth.sigma), fixed_(cam_from_world) {
+  if (!fixed_) mutable_parameter_block_sizes()->push_back(7);
+  mutable_parameter_block_sizes()->push_back(3);
+  set_num_residuals(1);
+}
+
+bool DepthCost::Evaluate(const double* const* parameters, double* residuals,
+                         double** jacobians) const {
+  const int point = fixed_ ? 0 : 1;
+  const Eigen::Quaterniond q =
+      fixed_ ? Eigen::Quaterniond(fixed_->rotation) : Eigen::Quaterniond(Rotation(parameters[0]));
+  const Eigen::Vector3d translation = fixed_ ? fixed_->translation : Eigen::Vector3d(Translation(parameters[0]));
+  const Eigen::Map<const Eigen::Vector3d> x(parameters[point]);
+  const Eigen::Vector3d v = q.vec(), cross = 2 * v.cross(x);
+  const Eigen::Vector3d p = x + q.w() * cross + v.cross(cross) + translation;
+  const double inverse_sigma = active_ ? inverse_sigma_ : 0;
+  residuals[0] = inverse_sigma * (p.z() - z_);
+  if (!jacobians) return true;
+  if (!fixed_ && jacobians[0]) {
+    Eigen::Map<Eigen::RowVector<double, 7>> j(jacobians[0]);
+    j << TurnedByVector(q, x).row(2), cross.z(), 0, 0, 1;
+    j *= inverse_sigma;
+  }
+  if (jacobians[point])
+    Eigen::Map<Eigen::RowVector3d>(jacobians[point]).noalias() =
+        inverse_sigma * q.toRotationMatrix().row(2);
   return true;
 }
 

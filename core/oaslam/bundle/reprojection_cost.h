@@ -5,8 +5,10 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 
 #include "oaslam/camera.h"
+#include "oaslam/features/depth_map.h"
 #include "oaslam/rigid3.h"
 
 namespace oaslam {
@@ -42,6 +44,21 @@ class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
   double fx_, fy_;                   // divided by sigma
   Eigen::Vector2d px_minus_center_;  // divided by sigma
   bool active_ = true;
+};
+
+// (z - measured z) / sigma of a point in a camera. A pose that is given is fixed, and has no
+// parameter block.
+class DepthCost final : public ceres::CostFunction {
+ public:
+  DepthCost(const MeasuredDepth& depth, const std::optional<Rigid3>& cam_from_world);
+  bool Evaluate(const double* const* parameters, double* residuals,
+                double** jacobians) const override;
+  void set_active(bool active) { active_ = active; }
+
+ private:
+  double z_, inverse_sigma_;
+  bool active_ = true;
+  std::optional<Rigid3> fixed_;
 };
 
 class FixedPoseReprojectionCost final : public ceres::SizedCostFunction<2, 3> {

@@ -41,6 +41,27 @@ TEST(ReprojectionCost, DerivativesAgreeWithNumericOnes) {
   EXPECT_TRUE(checker.Probe(parameters, 1e-6, &results)) << results.error_log;
 }
 
+TEST(DepthCost, DerivativesAgreeWithNumericOnes) {
+  const PoseManifold manifold;
+  const PoseBlock pose = ToBlock(SomePose());
+  const Eigen::Vector3d point = SomePoint();
+  const DepthCost free({2.3, 0.01}, std::nullopt), fixed({2.3, 0.01}, SomePose());
+  const std::vector<const ceres::Manifold*> of_free{&manifold, nullptr}, of_fixed{nullptr};
+  const double *both[] = {pose.data(), point.data()}, *only_point[] = {point.data()};
+  ceres::GradientChecker::ProbeResults results;
+  // A turn about the optical axis changes no depth: the relative error of 0 says nothing.
+  const auto expect_true = [&](const DepthCost& cost, const auto& manifolds, const auto& values) {
+    ceres::GradientChecker(&cost, &manifolds, ceres::NumericDiffOptions())
+        .Probe(values, 1e-6, &results);
+    EXPECT_NEAR(results.residuals[0], 20, 1e-9);  // 2.5 m instead of 2.3
+    for (size_t block = 0; block < manifolds.size(); ++block)
+      EXPECT_LT((results.local_jacobians[block] - results.local_numeric_jacobians[block]).norm(),
+                1e-6);
+  };
+  expect_true(free, of_free, both);
+  expect_true(fixed, of_fixed, only_point);
+}
+
 TEST(ReprojectionCost, TheFixedPoseVariantIsTheSame) {
   const ReprojectionCost free(kPinhole, {300, 200}, 1.44);
   const FixedPoseReprojectionCost fixed(kPinhole, SomePose(), {300, 200}, 1.44);

@@ -4,6 +4,7 @@
 
 #include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/levenberg_marquardt.h"
+#include "oaslam/estimation/pose_refinement.h"
 #include "oaslam/estimation/schur_system.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/pose_step.h"
@@ -14,6 +15,8 @@ namespace {
 
 using Matrix23 = Eigen::Matrix<double, 2, 3>;
 using Matrix26 = Eigen::Matrix<double, 2, 6>;
+
+using Matrix63 = Eigen::Matrix<double, 6, 3>;
 
 struct Cam {
   Eigen::Matrix3d rotation;
@@ -50,6 +53,7 @@ class ReprojectionProblem {
                                        : ResidualOf(s, p, *state.cameras[s.pose]).squaredNorm(),
                      options_.huber_chi2)
                   .cost;
+      if (s.depth.z > 0) cost += LossOf(Square(DepthError(s.depth, p)), kChi2OneDof).cost;
     }
     for (const MotionMeasurement& m : motions_)
       cost += LossOf(MotionError(m, state.poses[m.from], state.poses[m.to]).squaredNorm(),
@@ -79,11 +83,24 @@ class ReprojectionProblem {
         const Matrix23 by_point = by_p * cam.rotation;
         hessian.noalias() += weight * by_point.transpose() * by_point;
         gradient.noalias() += weight * by_point.transpose() * residual;
+        const DepthRow depth = s.depth.z > 0 ? RowOf(s.depth, cam, p) : DepthRow{};
+        if (s.depth.z > 0) {
+          hessian.noalias() += depth.weight * depth.by_point.transpose() * depth.by_point;
+          gradient.noalias() += depth.weight * depth.by_point.transpose() * depth.error;
+        }
         if (s.pose >= free_poses_) continue;
         const Matrix26 by_pose = DerivativeByPose(by_p, p);
         system_.Hessian(s.pose, s.pose).noalias() += weight * by_pose.transpose() * by_pose;
         system_.Gradient(s.pose).noalias() += weight * by_pose.transpose() * residual;
-        system_.AddCross(s.pose, weight * by_pose.transpose() * by_point);
+        Matrix63 cross = weight * by_pose.transpose() * by_point;
+        if (s.depth.z > 0) {
+          system_.Hessian(s.pose, s.pose).noalias() +=
+              depth.weight * depth.by_pose.transpose() * depth.by_pose;
+          system_.Gradient(s.pose).noalias() +=
+              depth.weight * depth.by_pose.transpose() * depth.error;
+          cross.noalias() += depth.weight * depth.by_pose.transpose() * depth.by_point;
+        }
+        system_.AddCross(s.pose, cross);
       }
       system_.AddLandmark(hessian, gradient);
     }
@@ -101,6 +118,27 @@ class ReprojectionProblem {
   }
 
  private:
+  // The error of a measured depth, and its derivatives.
+  struct DepthRow {
+    double error = 0, weight = 0;
+    Eigen::RowVector3d by_point = Eigen::RowVector3d::Zero();
+    Eigen::Matrix<double, 1, 6> by_pose = Eigen::Matrix<double, 1, 6>::Zero();
+  };
+
+  static double Square(double x) { return x * x; }
+  static double DepthError(const MeasuredDepth& depth, const Eigen::Vector3d& p) {
+    return (p.z() - depth.z) / depth.sigma;
+  }
+  static DepthRow RowOf(const MeasuredDepth& depth, const Cam& cam, const Eigen::Vector3d& p) {
+    DepthRow row;
+    row.error = DepthError(depth, p);
+    row.weight = LossOf(Square(row.error), kChi2OneDof).weight;
+    row.by_point = cam.rotation.row(2) / depth.sigma;
+    row.by_pose << 0, 0, 1, p.y(), -p.x(), 0;
+    row.by_pose /= depth.sigma;
+    return row;
+  }
+
   void AddMotion(const MotionMeasurement& m, const CamerasAndPoints& state) {
     const PoseVector error = MotionError(m, state.poses[m.from], state.poses[m.to]);
     const double weight = LossOf(error.squaredNorm(), m.huber_chi2()).weight;

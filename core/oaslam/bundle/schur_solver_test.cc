@@ -66,6 +66,33 @@ TEST(SchurSolver, FindsTheTruthOfExactSights) {
     EXPECT_EQ(p.state.poses[k].translation, p.truth.poses[k].translation);
 }
 
+// Seven of the eight cameras and all points are free: the sights do not tell the unit.
+TEST(SchurSolver, DepthsTellTheUnitAlsoWhereSomeAreOfAnotherSurface) {
+  Problem p = MakeProblem(7, 0);
+  size_t next = 0;
+  for (PointMeasurement& s : p.measurements) {
+    const double z = (p.truth.poses[s.pose] * p.truth.points[s.point]).z();
+    s.depth = {next % 3 == 0 ? z : 0, 0.01};
+    if (next++ % 60 == 0) s.depth.z += 1;
+  }
+  const Rigid3 held = p.truth.poses[7];
+  for (int k = 0; k < 7; ++k) {  // the same sights in another unit
+    const Eigen::Vector3d from_held = p.truth.poses[k].OriginInSource() - held.OriginInSource();
+    p.state.poses[k] =
+        Rigid3(p.truth.poses[k].rotation,
+               p.truth.poses[k].rotation * -(held.OriginInSource() + 1.1 * from_held));
+  }
+  for (size_t i = 0; i < p.truth.points.size(); ++i)
+    p.state.points[i] = held.OriginInSource() + 1.1 * (p.truth.points[i] - held.OriginInSource());
+  Problem without = p;
+  for (PointMeasurement& s : without.measurements) s.depth = {};
+  const SchurOptions options{.max_iterations = 50, .tolerance = 1e-12};
+  ASSERT_TRUE(MinimizeReprojection(p.measurements, 7, options, p.state).success);
+  MinimizeReprojection(without.measurements, 7, options, without.state);
+  EXPECT_LT(PoseError(p), 0.01);
+  EXPECT_GT(PoseError(without), 0.05);
+}
+
 TEST(SchurSolver, EndsAtAMinimum) {
   Problem p = MakeProblem(6, 1);
   ASSERT_TRUE(

@@ -156,10 +156,14 @@ void Map::DropFreeKeypoints(KeyframeId id) {
   if (kept.size() == packed.landmarks.size()) return;
   packed.features = std::make_shared<const Features>(packed.features->Selected(kept));
   packed.learned_depths = std::move(depths);
-  std::vector<LandmarkId> shown;
-  shown.reserve(kept.size());
-  for (const uint32_t i : kept) shown.push_back(packed.landmarks[i]);
-  packed.landmarks = std::move(shown);
+  const auto keep = [&](auto& by_keypoint) {
+    std::remove_reference_t<decltype(by_keypoint)> shown;
+    shown.reserve(kept.size());
+    for (const uint32_t i : kept) shown.push_back(by_keypoint[i]);
+    by_keypoint = std::move(shown);
+  };
+  keep(packed.landmarks);
+  if (!packed.depths.empty()) keep(packed.depths);
   for (uint32_t i = 0; i < packed.landmarks.size(); ++i) {
     if (!packed.landmarks[i].IsValid()) continue;
     auto& observations = landmarks.MutableAt(packed.landmarks[i]).observations;

@@ -68,6 +68,9 @@ struct Keyframe {
   // By entry of features->learned: z in the camera of a point that has no landmark, map units; 0
   // where there is none.
   std::vector<float> learned_depths{};
+  // By key point, in metres; z is 0 where none was measured, and all are absent without a depth
+  // camera. Not saved.
+  std::vector<MeasuredDepth> depths{};
   // The product of the factors by which loops have multiplied the lengths around the keyframe. Not
   // saved.
   double unit = 1;

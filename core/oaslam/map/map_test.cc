@@ -253,6 +253,8 @@ TEST(Map, WhatIsBrokenIsLeftOut) {
 TEST(Map, DropsKeypointsThatShowNothing) {
   Map map = synthetic::MakeMap(synthetic::MakeWorld({}), {}).map;
   const KeyframeId id(3);
+  for (int i = 0; i < map.keyframes.At(id).features->size(); ++i)
+    map.keyframes.MutableAt(id).depths.push_back({1.0 + i, 0.01});
   const Keyframe before = map.keyframes.At(id);
   const int shown = map.CountTrackedLandmarks(id, 2);
   ASSERT_LT(shown, before.features->size());
@@ -267,6 +269,7 @@ TEST(Map, DropsKeypointsThatShowNothing) {
                is = std::ranges::find(after.landmarks, landmark) - after.landmarks.begin();
     EXPECT_EQ(before.features->descriptors[was], after.features->descriptors[is]);
     EXPECT_EQ(before.features->keypoints[was].px, after.features->keypoints[is].px);
+    EXPECT_EQ(before.depths[was].z, after.depths[is].z);
   }
 }
 

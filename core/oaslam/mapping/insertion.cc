@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "oaslam/bundle/bundle_adjustment.h"
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/map/motion_sigmas.h"
 #include "oaslam/mapping/local_mapping.h"
 
@@ -19,6 +20,10 @@ Keyframe MakeKeyframe(const Frame& frame, const Rigid3& cam_from_world, Map& map
   if (frame.motion && frame.motion->scale_drift)
     keyframe.scale_drift = {frame.motion->run, *frame.motion->scale_drift};
   keyframe.landmarks.resize(frame.features->keypoints.size());
+  if (frame.depth)
+    for (const Keypoint& keypoint : frame.features->keypoints)
+      keyframe.depths.push_back(frame.depth->At(Distort(*frame.camera, keypoint.px.cast<double>()))
+                                    .value_or(MeasuredDepth{}));
   return keyframe;
 }
 

@@ -121,16 +121,20 @@ void DepthRegistration::CheckRange(const DepthImage& depth) {
       depth.image.type() == CV_16UC1 ? fmt::format(" ({:.6g} m)", depth.unit) : " (not metres)");
 }
 
-void DepthRegistration::UseCameras(const Camera& depth_camera, const Camera& camera) {
+void DepthRegistration::UseCameras(const DepthImage& depth, const Camera& camera) {
   if (camera != camera_) most_tangent_ = static_cast<float>(std::tan(MaxLensAngle(camera)));
   camera_ = camera;
-  if (depth_camera == depth_camera_) return;
+  const Camera& depth_camera = *depth.camera;
+  const Rigid3::Rotation& rotation = depth.cam_from_depth.rotation;
+  if (depth_camera == depth_camera_ && rotation.coeffs() == rotation_.coeffs()) return;
   depth_camera_ = depth_camera;
+  rotation_ = rotation;
   rays_.clear();
   const int step = StepOf(depth_camera.width);
+  const Eigen::Vector3d no_ray = Eigen::Vector3d::Constant(NAN);
   for (int y = step / 2; y < depth_camera.height; y += step)
     for (int x = step / 2; x < depth_camera.width; x += step)
-      rays_.push_back(depth_camera.Lift({x, y}).value_or(Eigen::Vector3d::Zero()).cast<float>());
+      rays_.push_back((rotation * depth_camera.Lift({x, y}).value_or(no_ray)).cast<float>());
 }
 
 // Each pixel of the depth camera becomes one of the map; of two surfaces the nearer one is seen.
@@ -139,14 +143,18 @@ std::shared_ptr<const DepthMap> DepthRegistration::Splat(const DepthImage& depth
   // Larger pixels than those of the depth image, so that no hole is left between them.
   constexpr double kLarger = 1.25;
   const Camera& from = *depth.camera;
-  UseCameras(from, camera);
+  UseCameras(depth, camera);
   const int step = StepOf(from.width);
   const double scale = std::min(1.0, from.fx / (camera.fx * step * kLarger));
   const int width = std::max(1, static_cast<int>(std::lround(camera.width * scale))),
             height = std::max(1, static_cast<int>(std::lround(camera.height * scale)));
   const double x_scale = static_cast<double>(width) / camera.width,
                y_scale = static_cast<double>(height) / camera.height;
-  const Eigen::Matrix3f rotation = depth.cam_from_depth.rotation.toRotationMatrix().cast<float>();
+  // The pinhole camera of the map's pixels, each of which reaches from its number to the next.
+  const auto fx = static_cast<float>(camera.fx * x_scale),
+             fy = static_cast<float>(camera.fy * y_scale),
+             cx = static_cast<float>((camera.cx + 0.5) * x_scale),
+             cy = static_cast<float>((camera.cy + 0.5) * y_scale);
   const Eigen::Vector3f translation = depth.cam_from_depth.translation.cast<float>();
   const bool is_distorted = camera.HasDistortion() || camera.model == LensModel::kFisheye;
   std::vector<float> z(static_cast<size_t>(width) * height);
@@ -155,15 +163,20 @@ std::shared_ptr<const DepthMap> DepthRegistration::Splat(const DepthImage& depth
     for (int x = step / 2; x < from.width; x += step) {
       const Eigen::Vector3f& ray = rays_[next++];
       const float measured = InRange(depth.model, MetresAt(depth, x, y));
-      if (measured <= 0 || ray.z() <= 0) continue;
-      const Eigen::Vector3f there = rotation * (measured * ray) + translation;
-      if (there.z() <= 0 || there.head<2>().norm() > most_tangent_ * there.z()) continue;
-      const Eigen::Vector2d ideal = ProjectIdeal(camera, there.cast<double>()),
-                            px = is_distorted ? Distort(camera, ideal) : ideal;
-      const auto column = std::lround((px.x() + 0.5) * x_scale - 0.5),
-                 row = std::lround((px.y() + 0.5) * y_scale - 0.5);
-      if (column < 0 || row < 0 || column >= width || row >= height) continue;
-      float& seen = z[static_cast<size_t>(row) * width + column];
+      const Eigen::Vector3f there = measured * ray + translation;
+      if (measured <= 0 || !(there.z() > 0)) continue;
+      const float inverse_z = 1 / there.z();
+      float column = fx * there.x() * inverse_z + cx, row = fy * there.y() * inverse_z + cy;
+      if (is_distorted) {
+        if (there.head<2>().norm() > most_tangent_ * there.z()) continue;
+        const Eigen::Vector2d px = Distort(camera, ProjectIdeal(camera, there.cast<double>()));
+        column = static_cast<float>((px.x() + 0.5) * x_scale);
+        row = static_cast<float>((px.y() + 0.5) * y_scale);
+      }
+      if (!(column >= 0 && row >= 0 && column < static_cast<float>(width) &&
+            row < static_cast<float>(height)))
+        continue;
+      float& seen = z[static_cast<size_t>(row) * width + static_cast<size_t>(column)];
       if (seen <= 0 || there.z() < seen) seen = there.z();
     }
   return std::make_shared<const DepthMap>(width, height, std::move(z), camera.width, camera.height,

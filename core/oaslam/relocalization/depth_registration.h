@@ -24,13 +24,16 @@ class DepthRegistration {
 
  private:
   std::shared_ptr<const DepthMap> Splat(const DepthImage& depth, const Camera& camera);
-  void UseCameras(const Camera& depth_camera, const Camera& camera);
+  void UseCameras(const DepthImage& depth, const Camera& camera);
   void CheckRange(const DepthImage& depth);
 
-  Camera depth_camera_, camera_;       // of the last image that was not registered
-  float most_tangent_ = 0;             // of an angle that the colour camera sees
-  std::vector<Eigen::Vector3f> rays_;  // of its pixels that are used, row by row; z = 1, or all 0
-  int strange_images_ = 0;             // in a row, with hardly any depth in the range
+  Camera depth_camera_, camera_;  // of the last image that was not registered
+  Rigid3::Rotation rotation_ = Rigid3::Rotation::Identity();  // as of cam_from_depth
+  float most_tangent_ = 0;  // of an angle that the colour camera sees
+  // Of its pixels that are used, row by row, along the axes of the colour camera, for a depth of 1;
+  // not finite where the lens shows nothing.
+  std::vector<Eigen::Vector3f> rays_;
+  int strange_images_ = 0;  // in a row, with hardly any depth in the range
 };
 
 }  // namespace oaslam
