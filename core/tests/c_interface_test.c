@@ -161,6 +161,37 @@ static void place_anchor(oaslam_slam* slam, const oaslam_pose* pose) {
   CHECK(oaslam_slam_edit_anchor(slam, name, &edit) == OASLAM_REFUSED);
 }
 
+static void count_message(void* context, oaslam_log_level level, const char* message) {
+  if (level <= OASLAM_LOG_WARNING && strlen(message) > 0) ++*(int*)context;
+}
+
+/* What a Slam tells of its points, objects and worlds, and what it is told of its classes. */
+static void ask_more(oaslam_slam* slam, const oaslam_result* result) {
+  const oaslam_class_part part = {66, 60}, itself = {66, 66};
+  const int32_t person = 0;
+  oaslam_tracked_point points[3];
+  oaslam_object_presence presence[1];
+  oaslam_former_world former[1];
+  size_t count = 0, all = 0;
+  int messages = 0;
+  CHECK(oaslam_slam_tracked_points(slam, NULL, 0, &all) == OASLAM_OK);
+  CHECK(all > 3 && (result->inliers < 0 || all > (size_t)result->inliers));
+  CHECK(oaslam_slam_tracked_points(slam, points, 3, &count) == OASLAM_OK && count == 3);
+  CHECK(points[2].sigma_px > 0 && points[2].pixel[0] < WIDTH);
+  CHECK(oaslam_slam_presence(slam, presence, 1, &count) == OASLAM_OK && count == 0);
+  CHECK(oaslam_slam_former_worlds(slam, former, 1, &count) == OASLAM_OK && count == 0);
+  CHECK(oaslam_slam_set_class_relations(slam, &part, 1, &person, 1) == OASLAM_OK);
+  CHECK(oaslam_slam_set_class_relations(slam, &itself, 1, NULL, 0) == OASLAM_INPUT_ERROR);
+  CHECK(oaslam_slam_set_class_relations(slam, NULL, 1, NULL, 0) == OASLAM_INPUT_ERROR);
+  CHECK(oaslam_slam_name_recording(slam, "a walk", NULL) == OASLAM_OK);
+  CHECK(oaslam_slam_name_recording(slam, NULL, NULL) == OASLAM_INPUT_ERROR);
+  CHECK(oaslam_set_log_sink(count_message, &messages) == OASLAM_OK);
+  CHECK(oaslam_slam_reset(slam) == OASLAM_OK);
+  CHECK(oaslam_slam_save(slam, "/nowhere/c.map") == OASLAM_INPUT_ERROR && messages == 1);
+  CHECK(oaslam_set_log_sink(NULL, NULL) == OASLAM_OK);
+  CHECK(oaslam_slam_save(slam, "/nowhere/c.map") == OASLAM_INPUT_ERROR && messages == 1);
+}
+
 /* What a Slam tells besides poses, and what it is told besides images. */
 static void ask_and_tell(oaslam_slam* slam, const oaslam_result* result) {
   static uint8_t mask[WIDTH * HEIGHT];
@@ -178,6 +209,7 @@ static void ask_and_tell(oaslam_slam* slam, const oaslam_result* result) {
   CHECK(poses[0].timestamp < poses[3].timestamp);
   CHECK(oaslam_slam_events(slam, 0, events, 64, &count) == OASLAM_OK && count > 0);
   CHECK(events[0].number == 1 && events[0].kind == OASLAM_STATE_CHANGED);
+  CHECK(events[0].submap == OASLAM_NO_WORLD && events[count - 1].timestamp > 0);
   CHECK(events[count - 1].state == OASLAM_TRACKING && events[count - 1].world == result->world);
   CHECK(oaslam_slam_events(slam, events[count - 1].number, events, 64, &count) == OASLAM_OK);
   CHECK(count == 0);
@@ -304,7 +336,9 @@ static void use_map(const char* path, const char* folder, const oaslam_camera* c
 
 static void check_map(const oaslam_map* map, const oaslam_pose* pose) {
   oaslam_scale_estimate scale;
-  size_t anchors = 0, landmarks = 0, keyframes = 0;
+  size_t anchors = 0, landmarks = 0, keyframes = 0, poses = 0, names = 0;
+  double up[3] = {0, 0, 0};
+  const oaslam_class_name* name = oaslam_map_class_names(map, &names);
   const oaslam_anchor* anchor = oaslam_map_anchors(map, &anchors);
   const oaslam_landmark* landmark = oaslam_map_landmarks(map, &landmarks);
   CHECK(anchors == 1 && strcmp(anchor->name, "here") == 0 && strcmp(anchor->model, "flag") == 0);
@@ -312,6 +346,9 @@ static void check_map(const oaslam_map* map, const oaslam_pose* pose) {
   CHECK(landmarks > 200 && landmark[0].id < landmark[1].id && landmark->observations > 1);
   CHECK(oaslam_map_keyframes(map, &keyframes) && keyframes > 3);
   CHECK(oaslam_map_landmarks(map, NULL) == landmark);
+  CHECK(names == 1 && name->category_id == 41 && strcmp(name->name, "my mug") == 0);
+  CHECK(oaslam_map_trajectory(map, &poses) && poses >= keyframes);
+  CHECK(!oaslam_map_up(map, up) || fabs(up[0] * up[0] + up[1] * up[1] + up[2] * up[2] - 1) < 1e-6);
   CHECK(!oaslam_map_is_metric(map) && oaslam_map_unit_sigma(map) == 0);
   /* Without boxes there are no objects. */
   CHECK(oaslam_map_estimate_scale(map, &scale) == OASLAM_REFUSED);
@@ -396,6 +433,7 @@ int main(int argc, char** argv) {
   snprintf(path, sizeof path, "%s/c.map", argv[2]);
   CHECK(oaslam_slam_save(slam, path) == OASLAM_OK);
   CHECK(oaslam_slam_save(slam, "/nowhere/c.map") == OASLAM_INPUT_ERROR);
+  ask_more(slam, &result);
   oaslam_slam_destroy(slam);
   find_image(path, &camera, &last);
   through_bytes(path);

@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 #include <thread>
+#include <type_traits>
 
 #include "desk_clip.h"
 #include "expect_input_error.h"
@@ -16,6 +17,9 @@
 
 namespace oaslam {
 namespace {
+
+// Only Live and Offline make a configuration, so that nobody takes one for the other.
+static_assert(!std::is_default_constructible_v<SlamConfig> && !std::is_aggregate_v<SlamConfig>);
 
 // Pixels between where a point is seen and where it is expected.
 double Error(const Camera& camera, const Rigid3& world_from_cam, const Eigen::Vector3d& position,
@@ -98,6 +102,7 @@ TEST_F(SlamWithMap, GoesOnInMetres) {
   ASSERT_THAT(metric.FormerWorlds(), testing::SizeIs(1));
   EXPECT_EQ(metric.FormerWorlds()[0].world, plain_world);
   EXPECT_EQ(metric.FormerWorlds()[0].scale, kMetres);
+  EXPECT_EQ(metric.States().EventsAfter(0).back().kind, SlamEventKind::kMetric);
   const auto after = metric.Trajectory();
   ASSERT_EQ(after.size(), before.size());
   const double length =
@@ -319,6 +324,13 @@ TEST_F(SlamWithMap, ANaiveApplicationDrawsNothingWrong) {
   EXPECT_GT(tracked, 10);
   EXPECT_NE(slam.Snapshot().world(), world);
   EXPECT_EQ(slam.States().Newest()->result.world, slam.Snapshot().world());
+  // It could have known.
+  std::vector<SlamEvent> events = slam.States().EventsAfter(0);
+  std::erase_if(events, [](const SlamEvent& e) { return e.kind == SlamEventKind::kState; });
+  ASSERT_THAT(events, SizeIs(1));
+  EXPECT_EQ(events[0].kind, SlamEventKind::kWorld);
+  EXPECT_EQ(events[0].world, slam.Snapshot().world());
+  EXPECT_EQ(events[0].timestamp, Mirrored(static_cast<size_t>(events[0].frame)).timestamp);
 }
 
 TEST_F(SlamWithMap, WhatChangesTheFrameOrTheUnitBeginsAWorld) {
@@ -415,8 +427,10 @@ TEST_F(SlamWithMap, ObjectsAreEditedInTheMapThatIsMade) {
   const ObjectId first = objects[0].id, second = objects[1].id;
   slam.EditObject(first, {.name = "mine"});
   EXPECT_EQ(slam.Snapshot().Find(first)->name, "mine");
+  ASSERT_TRUE(slam.PlaceAnchor({.model = "flag", .object = first}).IsDone());
   slam.EditObject(first, {.remove = true});
   EXPECT_FALSE(slam.Snapshot().Find(first));
+  EXPECT_EQ(slam.States().EventsAfter(0).back().kind, SlamEventKind::kAnchorLost);
   EXPECT_INPUT_ERROR(slam.EditObject(first, {.name = "gone"}), HasSubstr("no object"));
   EXPECT_INPUT_ERROR(slam.EditObject(second, {.same_as = second}), HasSubstr("one object"));
   // Nothing of it is in the map as data, and the file has what was edited.

@@ -76,6 +76,9 @@ void AddTrackingResult(py::module_& m) {
       .def_readonly(OASLAM_FIELD(ObjectPresence, expected))
       .def_readonly(OASLAM_FIELD(ObjectPresence, seen))
       .def_readonly(OASLAM_FIELD(ObjectPresence, is_missing));
+  Value<FormerWorld>(m, "FormerWorld", doc::FormerWorld)
+      .def_readonly(OASLAM_FIELD(FormerWorld, world))
+      .def_readonly(OASLAM_FIELD(FormerWorld, scale));
 }
 
 void AddRelocalizationResult(py::module_& m) {
@@ -142,16 +145,24 @@ void AddResults(py::module_& m) {
   auto kind = py::enum_<SlamEventKind>(m, "SlamEventKind", doc::SlamEventKind)
                   .value("STATE", SlamEventKind::kState)
                   .value("WORLD", SlamEventKind::kWorld)
+                  .value("SUBMAP_BEGAN", SlamEventKind::kSubmapBegan)
+                  .value("SUBMAP_JOINED", SlamEventKind::kSubmapJoined)
+                  .value("LOOP_CLOSED", SlamEventKind::kLoopClosed)
+                  .value("METRIC", SlamEventKind::kMetric)
                   .value("ANCHOR_PLACED", SlamEventKind::kAnchorPlaced)
                   .value("ANCHOR_EDITED", SlamEventKind::kAnchorEdited)
+                  .value("ANCHOR_MOVED", SlamEventKind::kAnchorMoved)
+                  .value("ANCHOR_LOST", SlamEventKind::kAnchorLost)
                   .value("ANCHOR_REMOVED", SlamEventKind::kAnchorRemoved);
   SayAsToString(kind);
   Value<SlamEvent>(m, "SlamEvent", doc::SlamEvent)
       .def_readonly(OASLAM_FIELD(SlamEvent, number))
       .def_readonly(OASLAM_FIELD(SlamEvent, kind))
       .def_readonly(OASLAM_FIELD(SlamEvent, frame))
+      .def_readonly(OASLAM_FIELD(SlamEvent, timestamp))
       .def_readonly(OASLAM_FIELD(SlamEvent, state))
       .def_readonly(OASLAM_FIELD(SlamEvent, world))
+      .def_readonly(OASLAM_FIELD(SlamEvent, submap))
       .def_readonly(OASLAM_FIELD(SlamEvent, anchor));
   py::class_<SlamStates>(m, "SlamStates", doc::SlamStates)
       .def(

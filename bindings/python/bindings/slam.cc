@@ -169,6 +169,7 @@ void AddMapping(SlamClass& slam) {
            doc::Slam_NameRecording)
       .def("set_mask", Method(&Slam::SetMask), py::arg("mask"), doc::Slam_SetMask)
       .def("presence", Method(&Slam::Presence), doc::Slam_Presence)
+      .def("former_worlds", Method(&Slam::FormerWorlds), doc::Slam_FormerWorlds)
       .def(
           "set_metres_per_unit",
           [](ExclusiveSlam& self, const std::variant<double, ScaleEstimate>& metres) {

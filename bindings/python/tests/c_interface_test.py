@@ -136,6 +136,13 @@ def test_what_an_application_does(c, desk, tmp_path):
     c.oaslam_localizer_destroy(localizer)
 
 
+def test_each_function_of_a_slam_is_there(c):
+    other_names = {"anchors": "map_anchors", "snapshot": "slam_map", "states": "slam_events", "gyroscope": "slam_imu"}
+    for name in dir(oaslam.Slam):
+        if not name.startswith("_"):
+            assert hasattr(c, "oaslam_" + other_names.get(name, "slam_" + name)), name
+
+
 def test_errors_are_told_and_change_nothing(c):
     camera, slam = Camera(), Handle()
     assert c.oaslam_slam_create(OFFLINE, None, ctypes.byref(camera), ctypes.byref(slam)) == INPUT_ERROR

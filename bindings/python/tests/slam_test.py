@@ -1,4 +1,5 @@
 """Slam and what comes out of it."""
+import re
 import urllib.request
 
 import numpy
@@ -143,6 +144,30 @@ def test_events(desk, desk_map):
     assert slam.place_anchor(name="here", model="flag", pose=numpy.eye(4))
     (placed,) = states.events_after(events[-1].number)
     assert (placed.kind, placed.anchor, str(placed.kind)) == (oaslam.SlamEventKind.ANCHOR_PLACED, "here", "anchor placed")
+
+
+def test_events_of_submaps():
+    """The camera is lost between two views of a bench, begins other submaps, and finds by objects where the last one is."""
+    kind = oaslam.SlamEventKind
+    folder = CLIP.parent / "lost_and_back"
+    slam = oaslam.Slam(oaslam.SlamConfig.offline(), oaslam.load_camera(folder / "camera.yaml"))
+    table = oaslam.load_detections(folder / "detections.json")
+    for image in oaslam.open_images(folder / "video.mp4", to=310):
+        result = slam.process(image.image, image.timestamp, table.find(f"{image.index:06}.jpg"))
+    events = [event for event in slam.states().events_after(0) if event.kind != kind.STATE]
+    assert {event.kind for event in events[:-1]} == {kind.SUBMAP_BEGAN} and events[-1].kind == kind.SUBMAP_JOINED
+    began, joined = events[-2:]
+    assert began.submap == joined.submap and joined.world == result.world
+    assert 200 < began.frame < joined.frame and began.timestamp == pytest.approx(began.frame / 30)
+    assert result.pose_in(began.submap) is not None
+    assert slam.former_worlds() == []
+    slam.set_metres_per_unit(2)
+    assert [(former.world, former.scale) for former in slam.former_worlds()] == [(result.world, 2)]
+
+
+def test_process_and_relocalize_take_an_image_in_one_order():
+    names = [re.findall(r"(\w+):", function.__doc__.splitlines()[0])[1:4] for function in (oaslam.Slam.process, oaslam.Slam.relocalize, oaslam.MapLocalizer.relocalize)]
+    assert names == [["image", "timestamp", "detections"]] * 3
 
 
 def test_configurations():

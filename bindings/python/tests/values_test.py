@@ -55,7 +55,10 @@ def values(desk, desk_map, tmp_path_factory):
     for image in desk.images[40:50]:
         slam.process(image.image, image.timestamp, detections.find(image.name))
     slam.set_mapping(True)
+    presence = slam.presence()[0]
     report = slam.place_anchor(model="cube", pose=numpy.eye(4), size=1)
+    anchor, event = slam.anchors()[0], slam.states().events_after(0)[0]
+    slam.set_metres_per_unit(2)
     stamped = desk.slam.trajectory()[30]
     estimator = oaslam.CameraEstimator()
     for image in desk.images[:3]:
@@ -70,9 +73,9 @@ def values(desk, desk_map, tmp_path_factory):
     result = made_of(oaslam.TrackingResult, {**state, "elsewhere": [elsewhere]})
     made = [config, config.features, config.tracking, config.mapping, config.bundle, config.objects, config.relocalization, config.runner,
             desk.camera, estimator.estimate(), found, found.candidates[0], read, read.relations, detection, detection.box, detection.other_labels[0],
-            images, oaslam.DetectionTable([images]), detector.take()[0], things[0], things[0].ellipsoid, keyframe, landmark, slam.anchors()[0], report,
-            place.estimate_scale(), hits[0], result, elsewhere, stamped, oaslam.ScoredPose(stamped, 0.5), slam.gyroscope(), slam.imu(), slam.states().events_after(0)[0],
-            oaslam.list_images(folder / "list.txt")[1], desk.images[7], slam.presence()[0], keyframe.id, landmark.id, things[0].id, place.world]
+            images, oaslam.DetectionTable([images]), detector.take()[0], things[0], things[0].ellipsoid, keyframe, landmark, anchor, report,
+            place.estimate_scale(), hits[0], result, elsewhere, stamped, oaslam.ScoredPose(stamped, 0.5), slam.gyroscope(), slam.imu(), event,
+            oaslam.list_images(folder / "list.txt")[1], desk.images[7], presence, slam.former_worlds()[0], keyframe.id, landmark.id, things[0].id, place.world]
     return {type(value): value for value in made}
 
 

@@ -23,7 +23,11 @@ struct AnchorPose {
 };
 
 // A request to place content: at a pixel of the newest image, where a ray meets the map, or at a
-// pose.
+// pose:
+//
+//   const AnchorReport placed = slam.PlaceAnchor({.model = "flag", .pixel = pixel});
+//   if (!placed.IsDone()) std::cerr << placed.why_not << "\n";
+//   const AnchorReport on_top = slam.PlaceAnchor({.model = "label", .object = id});
 struct AnchorRequest {
   std::string name{};   // empty: the name of the model with a number
   std::string model{};  // 1 to 64 bytes, no control character
@@ -62,7 +66,10 @@ struct AnchorEdit {
 // that is nearest to the ray.
 enum class HitKind { kObject, kPlane, kLandmark };
 
-// What a ray meets in the map, in the world of that map.
+// What a ray meets in the map, in the world of that map:
+//
+//   const std::vector<RayHit> hits = slam.Cast(pixel);  // the nearest first
+//   if (!hits.empty() && hits[0].kind == HitKind::kPlane) Draw(hits[0].position, hits[0].normal);
 struct RayHit {
   HitKind kind = HitKind::kPlane;
   double distance = 0;  // from the ray's origin, map units

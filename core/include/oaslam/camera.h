@@ -20,7 +20,11 @@ OASLAM_API const char* ToString(LensModel model);  // "pinhole" or "fisheye"
 
 // A calibrated camera. In its frame x points to the right of the image, y down and z forward, as in
 // OpenCV and COLMAP. Pixel centres are at integer coordinates: the centre of the upper left pixel
-// is (0, 0), where COLMAP has (0.5, 0.5). Distances in the image are in pixels.
+// is (0, 0), where COLMAP has (0.5, 0.5). Distances in the image are in pixels:
+//
+//   Camera camera{.width = 640, .height = 480, .fx = 525, .fy = 525, .cx = 319.5, .cy = 239.5};
+//   const std::optional<Eigen::Vector2d> pixel = camera.Project({0.1, 0, 2});
+//   if (pixel) std::cout << pixel->transpose() << "\n";
 struct Camera {
   LensModel model = LensModel::kPinhole;
   int width = 0;

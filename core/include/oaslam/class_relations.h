@@ -5,7 +5,10 @@
 
 namespace oaslam {
 
-// Relations of the detector's classes that a user has stated.
+// Relations of the detector's classes that a user has stated:
+//
+//   constexpr int kPerson = 0, kKeyboard = 66, kKey = 80;
+//   slam.SetClassRelations({.whole_of = {{kKey, kKeyboard}}, .movable = {kPerson}});
 struct ClassRelations {
   // From the category of a part to that of the whole it belongs to; without cycles.
   std::map<int, int> whole_of;

@@ -17,7 +17,12 @@ struct DepthModel {
   double nearest = 0.15, farthest = 8;
 };
 
-// The image of a depth camera: the z of what each pixel shows, in the camera's frame.
+// The image of a depth camera: the z of what each pixel shows, in the camera's frame:
+//
+//   DepthImage depth{.image = depth_mm, .unit = 0.001};
+//   depth.camera = LoadCamera("depth.yaml");  // unless it is registered to the colour image
+//   depth.cam_from_depth = cam_from_depth;
+//   slam.Process({.image = image, .timestamp = timestamp, .depth = depth});
 struct DepthImage {
   // 16 bit unsigned, of which each count is `unit` metres, or 32 bit float in metres. 0, negative
   // and not finite: not measured. As ImageInput::image, it is not copied.

@@ -20,7 +20,8 @@ struct ImageDetections {
 // may tell less. A table never changes; copies share its content:
 //
 //   const DetectionTable table = LoadDetections("detections.json");
-//   slam.Process({image->image, image->timestamp, table.Find(image->name)});
+//   while (const auto image = source->Next())
+//     slam.Process({image->image, image->timestamp, table.Find(image->name)});
 class OASLAM_API DetectionTable {
  public:
   // Where several images have the same name and folder, Find returns the first.

@@ -11,7 +11,13 @@ namespace oaslam {
 // open files the child does not have: a Slam with its SlamStates, a BackgroundDetector, a
 // LatestImageSource, a video or camera that OpenImages opened, a MapViewer. The child makes such
 // objects of its own. It may destroy those of its parent, which neither waits nor writes; values,
-// maps and a MapLocalizer are the child's as well as the parent's.
+// maps and a MapLocalizer are the child's as well as the parent's:
+//
+//   const MapSnapshot map = slam.WholeMap();
+//   if (fork() == 0) {
+//     Slam own(SlamConfig::Live(), camera);
+//     own.Load(map);
+//   }
 class OASLAM_API ForkError : public std::runtime_error {
  public:
   ForkError();

@@ -14,7 +14,13 @@
 
 namespace oaslam {
 
-// An image, and the measurements that belong to it.
+// An image, and the measurements that belong to it:
+//
+//   ImageInput input{.image = image, .timestamp = timestamp};
+//   input.detections = detector->Detect(image);
+//   input.imu = samples;                          // since the image before
+//   input.depth = DepthImage{.image = depth_mm};  // of a depth camera, registered
+//   const TrackingResult result = slam.Process(input);
 struct ImageInput {
   // 8-bit grey, BGR or BGRA, of the camera's size. A grey image is not copied: it may be a view of
   // other memory, which must not change until the call returns.

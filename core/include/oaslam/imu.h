@@ -8,7 +8,12 @@
 namespace oaslam {
 
 // A sample of an inertial measurement unit, along the IMU's own axes (Slam::SetImu tells how they
-// lie to the camera's).
+// lie to the camera's):
+//
+//   slam.SetImu(cam_from_imu);  // Kalibr's T_cam_imu
+//   const std::vector<ImuSample> samples = {{0.005, {0, 0.1, 0}, {0, -9.8, 0.3}}};
+//   slam.Process({.image = image, .timestamp = timestamp, .imu = samples});
+//   if (!slam.Imu().problem.empty()) std::cerr << slam.Imu().problem << "\n";
 struct ImuSample {
   double timestamp = 0;                                        // seconds
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // rad/s, as AngularVelocity

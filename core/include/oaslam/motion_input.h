@@ -9,7 +9,11 @@ namespace oaslam {
 
 // The motion of the camera up to an image by an odometry outside of Slam: one in a phone's browser
 // (docs/odometry-js.md), ARKit, ARCore, or that of a robot. The odometry has its own frame and its
-// own unit of length.
+// own unit of length:
+//
+//   MotionInput motion{.image = number, .odom_from_cam = odom_from_cam};
+//   motion.depths.push_back({pixel, 1 / depth});
+//   slam.Process({.image = image, .timestamp = timestamp, .motion = motion});
 struct MotionInput {
   // Whether the motion is known; if not, Slam ignores all other members.
   bool is_known = true;

@@ -38,6 +38,15 @@ typedef enum {
  * call: why the image was not found. It lives until the thread's next such call. */
 OASLAM_API const char* oaslam_error(void);
 
+/* The numbers of oaslam::LogLevel. */
+typedef enum { OASLAM_LOG_DEBUG = 0, OASLAM_LOG_INFO = 1, OASLAM_LOG_WARNING = 2 } oaslam_log_level;
+/* Receives a message, which lives until the function returns, on the thread that logs it; several
+ * threads may call it at once. */
+typedef void (*oaslam_log_sink)(void* context, oaslam_log_level level, const char* message);
+/* Sets where all messages of the library in this program go; NULL drops them. By default warnings
+ * go to the standard error stream and the rest is dropped. */
+OASLAM_API oaslam_status oaslam_set_log_sink(oaslam_log_sink sink, void* context);
+
 /* The numbers of oaslam::TrackingState, PoseSource, PoseEvidence and RelocalizationMode. */
 typedef enum {
   OASLAM_INITIALIZING = 0,
@@ -263,6 +272,7 @@ typedef struct {
   double sigma_metre; /* of the metre by the IMU, divided by it; 0: not known */
   char problem[256];  /* what is wrong with the IMU, cut to fit; empty: nothing */
 } oaslam_imu_calibration;
+/* That of a gyroscope alone, too, whose samples were given as `angular_velocity`. */
 OASLAM_API oaslam_status oaslam_slam_imu(const oaslam_slam* slam, oaslam_imu_calibration* imu);
 typedef struct {
   int32_t category_id;
@@ -270,6 +280,16 @@ typedef struct {
 } oaslam_class_name;
 OASLAM_API oaslam_status oaslam_slam_set_class_names(oaslam_slam* slam,
                                                      const oaslam_class_name* names, size_t count);
+typedef struct {
+  int32_t part, whole; /* categories */
+} oaslam_class_part;
+/* `movable`: the categories of things that move (oaslam::ClassRelations). */
+OASLAM_API oaslam_status oaslam_slam_set_class_relations(oaslam_slam* slam,
+                                                         const oaslam_class_part* parts,
+                                                         size_t part_count, const int32_t* movable,
+                                                         size_t movable_count);
+OASLAM_API oaslam_status oaslam_slam_name_recording(oaslam_slam* slam, const char* name,
+                                                    const char* images);
 OASLAM_API oaslam_status oaslam_slam_set_metres_per_unit(oaslam_slam* slam, double metres);
 /* Scales the map to metres by an estimate of oaslam_map_estimate_scale; the map keeps the
  * standard deviation of its unit. */
@@ -284,9 +304,40 @@ typedef struct {
   oaslam_pose world_from_cam;
 } oaslam_stamped_pose;
 /* Writes the first `most` poses of the trajectory. `count` becomes the number written; where
- * `poses` is NULL, the number of all poses. */
+ * `poses` is NULL, the number of all poses. The three functions after this one do the same. */
 OASLAM_API oaslam_status oaslam_slam_trajectory(const oaslam_slam* slam, oaslam_stamped_pose* poses,
                                                 size_t most, size_t* count);
+
+/* oaslam::TrackedPoint. */
+typedef struct {
+  double pixel[2], sigma_px;
+  int32_t has_landmark; /* else `landmark` and `position` are 0 */
+  uint32_t landmark;
+  double position[3];
+} oaslam_tracked_point;
+OASLAM_API oaslam_status oaslam_slam_tracked_points(const oaslam_slam* slam,
+                                                    oaslam_tracked_point* points, size_t most,
+                                                    size_t* count);
+
+/* oaslam::FormerWorld: what was made in `world` is multiplied by `scale`. */
+typedef struct {
+  uint32_t world;
+  double scale;
+} oaslam_former_world;
+OASLAM_API oaslam_status oaslam_slam_former_worlds(const oaslam_slam* slam,
+                                                   oaslam_former_world* worlds, size_t most,
+                                                   size_t* count);
+
+/* oaslam::ObjectPresence. */
+typedef struct {
+  uint32_t object;
+  int32_t category_id;
+  int32_t expected, seen;
+  int32_t is_missing;
+} oaslam_object_presence;
+OASLAM_API oaslam_status oaslam_slam_presence(const oaslam_slam* slam,
+                                              oaslam_object_presence* objects, size_t most,
+                                              size_t* count);
 
 /* oaslam::ObjectEdit. NULL and 0 leave a thing as it is. */
 typedef struct {
@@ -334,26 +385,38 @@ OASLAM_API oaslam_status oaslam_slam_remove_anchor(oaslam_slam* slam, const char
 
 /* --- What has happened ----------------------------------------------------------------------- */
 
+/* The numbers of oaslam::SlamEventKind. */
 typedef enum {
   OASLAM_STATE_CHANGED = 0,
   OASLAM_WORLD_CHANGED = 1,
-  OASLAM_ANCHOR_PLACED = 2,
-  OASLAM_ANCHOR_EDITED = 3,
-  OASLAM_ANCHOR_REMOVED = 4
+  OASLAM_SUBMAP_BEGAN = 2,
+  OASLAM_SUBMAP_JOINED = 3,
+  OASLAM_LOOP_CLOSED = 4,
+  OASLAM_MAP_IS_METRIC = 5,
+  OASLAM_ANCHOR_PLACED = 6,
+  OASLAM_ANCHOR_EDITED = 7,
+  OASLAM_ANCHOR_MOVED = 8,
+  OASLAM_ANCHOR_LOST = 9,
+  OASLAM_ANCHOR_REMOVED = 10
 } oaslam_event_kind;
+
+#define OASLAM_NO_WORLD UINT32_MAX
 
 /* oaslam::SlamEvent. */
 typedef struct {
   uint64_t number;
   oaslam_event_kind kind;
   int32_t frame;
+  double timestamp;              /* of that frame */
   oaslam_state state;            /* after it */
   uint32_t world;                /* after it */
+  uint32_t submap;               /* of another submap, its world; OASLAM_NO_WORLD: none is named */
   char anchor[OASLAM_NAME_SIZE]; /* its name; empty for other events */
 } oaslam_event;
 
-/* Writes the first `most` events after the one with the number `after`, of the newest 1000; `count`
- * becomes the number written. */
+/* Writes the first `most` events after the one with the number `after`; `count` becomes the number
+ * written. The newest 1000 are kept: older ones have been dropped where the first number written is
+ * more than `after` + 1. */
 OASLAM_API oaslam_status oaslam_slam_events(const oaslam_slam* slam, uint64_t after,
                                             oaslam_event* events, size_t most, size_t* count);
 
@@ -450,12 +513,16 @@ typedef enum {
 } oaslam_map_format;
 OASLAM_API oaslam_status oaslam_map_export(const oaslam_map* map, oaslam_map_format format,
                                            const char* path);
-/* All elements of a kind, in the order of their ids or names; `count` tells how many. Made with the
- * first call. NULL where there are none. */
+/* The direction opposite to gravity; returns 0, and writes nothing, where it is not known. */
+OASLAM_API int32_t oaslam_map_up(const oaslam_map* map, double up[3]);
+/* All elements of a kind, in the order of their ids, names or times; `count` tells how many. Made
+ * with the first call. NULL where there are none. */
 OASLAM_API const oaslam_object* oaslam_map_objects(const oaslam_map* map, size_t* count);
 OASLAM_API const oaslam_anchor* oaslam_map_anchors(const oaslam_map* map, size_t* count);
 OASLAM_API const oaslam_landmark* oaslam_map_landmarks(const oaslam_map* map, size_t* count);
 OASLAM_API const oaslam_keyframe* oaslam_map_keyframes(const oaslam_map* map, size_t* count);
+OASLAM_API const oaslam_stamped_pose* oaslam_map_trajectory(const oaslam_map* map, size_t* count);
+OASLAM_API const oaslam_class_name* oaslam_map_class_names(const oaslam_map* map, size_t* count);
 
 /* --- Finding an image ------------------------------------------------------------------------ */
 

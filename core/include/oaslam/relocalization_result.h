@@ -30,7 +30,13 @@ struct RelocalizeOptions {
   bool follow = false;
 };
 
-// The result of finding one image in the map, independent of others.
+// The result of finding one image in the map, independent of others:
+//
+//   const RelocalizationResult found = slam.Relocalize({.image = image});
+//   if (found.world_from_cam)
+//     Draw(*found.world_from_cam, found.confidence);
+//   else
+//     std::cerr << found.why_not << "\n";
 struct RelocalizationResult {
   PoseEvidence evidence = PoseEvidence::kNone;  // the evidence for the pose; kNone: not found
   WorldId world;                                // of the map

@@ -7,7 +7,11 @@
 namespace oaslam {
 
 // A rigid motion x_in_b = b_from_a * x_in_a. Named after its direction, so that a wrong product is
-// visible: c_from_a = c_from_b * b_from_a.
+// visible:
+//
+//   const Rigid3 c_from_a = c_from_b * b_from_a;
+//   const Eigen::Vector3d in_c = c_from_a * in_a;
+//   const Rigid3 a_from_c = c_from_a.Inverse();
 struct Rigid3 {
   // A rotation as a unit quaternion. Unaligned: the alignment of Eigen::Quaterniond depends on the
   // instruction set that a program is compiled for, so that the library and a program could

@@ -6,7 +6,10 @@ namespace oaslam {
 
 // How long the unit of a map is, by the usual sizes of the objects in it (MapSnapshot::
 // EstimateScale). A scene of scale models, all of one scale and filmed from correspondingly near,
-// gives the same images as the full-sized scene: the estimate cannot distinguish the two.
+// gives the same images as the full-sized scene: the estimate cannot distinguish the two:
+//
+//   const ScaleEstimate scale = slam.WholeMap().EstimateScale();
+//   if (scale.success) slam.SetMetresPerUnit(scale);
 struct ScaleEstimate {
   // Whether it may be used; if not, `why_not` tells why.
   bool success = false;

@@ -41,7 +41,13 @@ struct PoseElsewhere {
   }
 };
 
-// The tracking result of one image.
+// The tracking result of one image:
+//
+//   const TrackingResult result = slam.Process({image, timestamp});
+//   if (const auto world_from_cam = result.PoseIn(world_of_my_content))
+//     Draw(*world_from_cam, SigmaOfPosition(result.covariance));
+//   else
+//     std::cout << ToString(result.state) << "\n";
 struct TrackingResult {
   int frame = 0;  // counted from 0 since the start, Load or Reset; -1: no image yet
   double timestamp = 0;

@@ -22,12 +22,15 @@ struct oaslam_map {
 
   oaslam::MapSnapshot map;
   // Arrays are made when they are first asked for, by whichever thread.
-  std::once_flag has_objects, has_anchors, has_landmarks, has_keyframes, has_bytes;
+  std::once_flag has_objects, has_anchors, has_landmarks, has_keyframes, has_trajectory,
+      has_class_names, has_bytes;
   std::vector<oaslam::MapSnapshot::Object> named_objects;
   std::vector<oaslam::AnchorPose> named_anchors;
   std::vector<oaslam_object> objects;
   std::vector<oaslam_anchor> anchors;
   std::vector<oaslam_landmark> landmarks;
   std::vector<oaslam_keyframe> keyframes;
+  std::vector<oaslam_stamped_pose> trajectory;
+  std::vector<oaslam_class_name> class_names;
   std::string bytes;
 };

@@ -7,11 +7,21 @@
 #include "oaslam/c/values.h"
 #include "oaslam/camera_file.h"
 #include "oaslam/config_file.h"
+#include "oaslam/log.h"
 
 using namespace oaslam;     // NOLINT: all below are functions of C
 using namespace oaslam::c;  // NOLINT
 
 const char* oaslam_error() { return ErrorOfThread().c_str(); }
+
+oaslam_status oaslam_set_log_sink(oaslam_log_sink sink, void* context) {
+  return Call([&] {
+    if (!sink) return SetLogSink({});
+    SetLogSink([sink, context](LogLevel level, const std::string& message) {
+      sink(context, static_cast<oaslam_log_level>(level), message.c_str());
+    });
+  });
+}
 
 oaslam_status oaslam_camera_load(const char* spec, int32_t width, int32_t height,
                                  oaslam_camera* camera) {
@@ -138,6 +148,28 @@ oaslam_status oaslam_slam_set_class_names(oaslam_slam* slam, const oaslam_class_
       slam, names);
 }
 
+oaslam_status oaslam_slam_set_class_relations(oaslam_slam* slam, const oaslam_class_part* parts,
+                                              size_t part_count, const int32_t* movable,
+                                              size_t movable_count) {
+  return Call(
+      [&] {
+        ClassRelations relations;
+        for (const auto& [part, whole] : VectorOf<std::pair<int, int>>(
+                 parts, part_count,
+                 [](const oaslam_class_part& p) { return std::pair<int, int>(p.part, p.whole); }))
+          relations.whole_of[part] = whole;
+        for (const int category :
+             VectorOf<int>(movable, movable_count, [](int32_t id) { return id; }))
+          relations.movable.insert(category);
+        slam->slam.SetClassRelations(relations);
+      },
+      slam);
+}
+
+oaslam_status oaslam_slam_name_recording(oaslam_slam* slam, const char* name, const char* images) {
+  return Call([&] { slam->slam.NameRecording(name, TextOf(images)); }, slam, name);
+}
+
 oaslam_status oaslam_slam_set_metres_per_unit(oaslam_slam* slam, double metres) {
   return Call([&] { slam->slam.SetMetresPerUnit(metres); }, slam);
 }
@@ -178,15 +210,33 @@ oaslam_status oaslam_slam_whole_map(const oaslam_slam* slam, oaslam_map** map) {
 
 oaslam_status oaslam_slam_trajectory(const oaslam_slam* slam, oaslam_stamped_pose* poses,
                                      size_t most, size_t* count) {
+  return Call([&] { WriteOrCount(slam->slam.Trajectory(), poses, most, count, StampedPoseOf); },
+              slam, count);
+}
+
+oaslam_status oaslam_slam_tracked_points(const oaslam_slam* slam, oaslam_tracked_point* points,
+                                         size_t most, size_t* count) {
+  return Call(
+      [&] { WriteOrCount(slam->slam.TrackedPoints(), points, most, count, TrackedPointOf); }, slam,
+      count);
+}
+
+oaslam_status oaslam_slam_former_worlds(const oaslam_slam* slam, oaslam_former_world* worlds,
+                                        size_t most, size_t* count) {
   return Call(
       [&] {
-        const std::vector<StampedPose> all = slam->slam.Trajectory();
-        if (!poses) return void(*count = all.size());
-        Write(all, poses, most, count, [](const StampedPose& pose) -> oaslam_stamped_pose {
-          return {pose.timestamp, PoseOf(pose.world_from_cam)};
-        });
+        WriteOrCount(slam->slam.FormerWorlds(), worlds, most, count,
+                     [](const FormerWorld& w) -> oaslam_former_world {
+                       return {w.world.value, w.scale};
+                     });
       },
       slam, count);
+}
+
+oaslam_status oaslam_slam_presence(const oaslam_slam* slam, oaslam_object_presence* objects,
+                                   size_t most, size_t* count) {
+  return Call([&] { WriteOrCount(slam->slam.Presence(), objects, most, count, PresenceOf); }, slam,
+              count);
 }
 
 oaslam_status oaslam_slam_events(const oaslam_slam* slam, uint64_t after, oaslam_event* events,

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <mutex>
 #include <utility>
 #include <vector>
@@ -88,6 +89,12 @@ int32_t oaslam_map_is_metric(const oaslam_map* map) { return map && map->map.is_
 
 double oaslam_map_unit_sigma(const oaslam_map* map) { return map ? map->map.unit_sigma() : 0; }
 
+int32_t oaslam_map_up(const oaslam_map* map, double up[3]) {
+  const auto known = map && up ? map->map.up() : std::nullopt;
+  if (known) std::copy_n(known->data(), 3, up);
+  return known.has_value();
+}
+
 oaslam_status oaslam_map_estimate_scale(const oaslam_map* map, oaslam_scale_estimate* estimate) {
   return Call(
       [&] {
@@ -164,6 +171,22 @@ const oaslam_keyframe* oaslam_map_keyframes(const oaslam_map* map, size_t* count
     for (const MapSnapshot::Keyframe& k : m.map.Keyframes())
       m.keyframes.push_back({k.id.value, k.timestamp, PoseOf(k.world_from_cam)});
   });
+}
+
+const oaslam_stamped_pose* oaslam_map_trajectory(const oaslam_map* map, size_t* count) {
+  return Array(map, &oaslam_map::has_trajectory, &oaslam_map::trajectory, count, [](oaslam_map& m) {
+    m.trajectory.clear();
+    for (const StampedPose& pose : m.map.Trajectory()) m.trajectory.push_back(StampedPoseOf(pose));
+  });
+}
+
+const oaslam_class_name* oaslam_map_class_names(const oaslam_map* map, size_t* count) {
+  return Array(map, &oaslam_map::has_class_names, &oaslam_map::class_names, count,
+               [](oaslam_map& m) {
+                 m.class_names.clear();
+                 for (const auto& [category, name] : m.map.CategoryNames())
+                   m.class_names.push_back({category, name.c_str()});
+               });
 }
 
 oaslam_status oaslam_localizer_create(const oaslam_map* map, oaslam_localizer** localizer) {

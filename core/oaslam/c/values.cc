@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "oaslam/export_map.h"
+#include "oaslam/log.h"
 
 namespace oaslam::c {
 
@@ -14,7 +15,10 @@ static_assert(OASLAM_FROM_REGISTRATION == static_cast<int>(PoseSource::kRegistra
 static_assert(OASLAM_FOUND_BY_BOTH == static_cast<int>(PoseEvidence::kPointsAndObjects));
 static_assert(OASLAM_USE_BOTH == static_cast<int>(RelocalizationMode::kPointsAndObjects));
 static_assert(OASLAM_NERFSTUDIO == static_cast<int>(MapFormat::kNerfstudio));
+static_assert(OASLAM_LOG_WARNING == static_cast<int>(LogLevel::kWarning));
+static_assert(OASLAM_MAP_IS_METRIC == static_cast<int>(SlamEventKind::kMetric));
 static_assert(OASLAM_ANCHOR_REMOVED == static_cast<int>(SlamEventKind::kAnchorRemoved));
+static_assert(OASLAM_NO_WORLD == WorldId::kInvalid);
 static_assert(OASLAM_HIT_LANDMARK == static_cast<int>(HitKind::kLandmark));
 
 namespace {
@@ -251,10 +255,30 @@ oaslam_event EventOf(const SlamEvent& event) {
   c.number = event.number;
   c.kind = static_cast<oaslam_event_kind>(event.kind);
   c.frame = event.frame;
+  c.timestamp = event.timestamp;
   c.state = static_cast<oaslam_state>(event.state);
   c.world = event.world.value;
+  c.submap = event.submap.value;
   std::strncpy(c.anchor, event.anchor.c_str(), sizeof c.anchor - 1);
   return c;
+}
+
+oaslam_stamped_pose StampedPoseOf(const StampedPose& pose) {
+  return {pose.timestamp, PoseOf(pose.world_from_cam)};
+}
+
+oaslam_tracked_point TrackedPointOf(const TrackedPoint& point) {
+  oaslam_tracked_point c{};
+  Copy(point.pixel, c.pixel);
+  c.sigma_px = point.sigma_px;
+  c.has_landmark = point.landmark.has_value();
+  if (point.landmark) c.landmark = point.landmark->value;
+  Copy(point.position, c.position);
+  return c;
+}
+
+oaslam_object_presence PresenceOf(const ObjectPresence& p) {
+  return {p.id.value, p.category_id, p.expected, p.seen, p.is_missing};
 }
 
 ObjectEdit EditOf(const oaslam_object_edit& edit) {

@@ -67,6 +67,14 @@ void Write(const std::vector<From>& from, To* to, size_t most, size_t* count, Co
   for (size_t i = 0; i < *count; ++i) to[i] = convert(from[i]);
 }
 
+// As Write; where `to` is NULL, `count` becomes the number of all elements.
+template <typename From, typename To, typename Convert>
+void WriteOrCount(const std::vector<From>& from, To* to, size_t most, size_t* count,
+                  Convert&& convert) {
+  Write(from, to, most, count, convert);
+  if (!to) *count = from.size();
+}
+
 Eigen::Vector3d PointOf(const double (&numbers)[3]);
 std::string TextOf(const char* text);  // NULL: empty
 oaslam_status StatusOf(const AnchorReport& report);
@@ -86,6 +94,9 @@ RelocalizeOptions OptionsOf(const oaslam_relocalize_options* options);  // NULL:
 oaslam_relocalization RelocalizationOf(const RelocalizationResult& result);
 oaslam_ray_hit HitOf(const RayHit& hit);
 oaslam_event EventOf(const SlamEvent& event);
+oaslam_stamped_pose StampedPoseOf(const StampedPose& pose);
+oaslam_tracked_point TrackedPointOf(const TrackedPoint& point);
+oaslam_object_presence PresenceOf(const ObjectPresence& presence);
 ObjectEdit EditOf(const oaslam_object_edit& edit);
 
 }  // namespace oaslam::c

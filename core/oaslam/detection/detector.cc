@@ -88,7 +88,7 @@ cv::Mat AsBgr(const cv::Mat& image) {
 
 }  // namespace
 
-struct Detector::Impl {
+struct OASLAM_LOCAL Detector::Impl {
   std::string path;
   DetectorOptions options;
   std::unique_ptr<Network> network;

@@ -78,6 +78,8 @@ void Slam::Impl::Begin(SavedMap saved, WorldId world, bool is_loaded) {
   atlas_ = std::move(atlas);
   worlds_ = {{atlas_->main_number(), world}};
   former_worlds_.clear();
+  told_begun_ = -1;
+  told_joined_.clear();
   // The error of a guess would look like a change of the lens.
   odometry_.emplace(camera_, OdometryOptions{.watches_lens = !camera_.is_guess},
                     static_cast<uint64_t>(config_.runner.seed));
@@ -157,8 +159,26 @@ void Slam::Impl::ExpectMapping() {
   throw ErrorOf(failure);
 }
 
+// The submaps that began, and those that were joined with the main one, since the last call.
+ChangesBetweenStates Slam::Impl::NewInSubmaps() {
+  ChangesBetweenStates changes;
+  const auto growing = atlas_->PoseInGrowing();
+  if (growing && growing->first > told_begun_) {
+    told_begun_ = growing->first;
+    changes.begun.push_back(WorldOf(told_begun_));
+  }
+  for (const auto& [number, main_from_joined] : atlas_->Joined()) {
+    const auto world = worlds_.find(number);
+    if (told_joined_.insert(number).second)
+      changes.joined.push_back(world == worlds_.end() ? WorldId() : world->second);
+  }
+  return changes;
+}
+
 void Slam::Impl::Post(const std::string& edited_anchor) {
-  states_->Post(std::make_shared<const SlamState>(SlamState{newest_, Snapshot()}), edited_anchor);
+  ChangesBetweenStates changes = NewInSubmaps();
+  changes.edited_anchor = edited_anchor;
+  states_->Post(std::make_shared<const SlamState>(SlamState{newest_, Snapshot()}), changes);
 }
 
 void Slam::Impl::PostChange(const std::string& edited_anchor) {

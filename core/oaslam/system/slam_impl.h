@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -123,7 +124,12 @@ class OASLAM_LOCAL Slam::Impl {
   void DoubtRepeated(TrackingResult& result);
   std::vector<PoseElsewhere> PosesElsewhere(const TrackingResult& result) const;
   void Post(const std::string& edited_anchor = "");
+  ChangesBetweenStates NewInSubmaps();
 
+  // What events have told of: the newest submap that began, by its number, and those joined with a
+  // main one.
+  int told_begun_ = -1;
+  std::set<int> told_joined_;
   RepeatedImages repeated_images_;
   double repeated_s_ = 0;  // for how long the newest image has been the same
   bool is_repeating_ = false;

@@ -21,7 +21,14 @@ struct MapViewerOptions {
 // A page, for any number of browsers on this machine, that shows a Slam at work: the image with its
 // key points, boxes and objects, the map in three dimensions, and the state of tracking
 // (docs/viewer.md). Its own threads, of low priority, serve the page; no call waits for a browser.
-// Call its functions on the thread that uses the Slam.
+// Call its functions on the thread that uses the Slam:
+//
+//   MapViewer viewer(slam);
+//   std::cout << viewer.url() << "\n";
+//   while (const auto image = source->Next()) {
+//     const ImageInput input{image->image, image->timestamp};
+//     viewer.Show(slam, input, slam.Process(input));
+//   }
 class OASLAM_API MapViewer {
  public:
   // Begins to listen at 127.0.0.1. Throws InputError where the port is taken. The names of classes
