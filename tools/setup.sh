@@ -25,6 +25,7 @@ packages=(
   pkg-config libavdevice-dev libavformat-dev libavcodec-dev libswscale-dev libavutil-dev libexif-dev  # cameras, time stamps of videos, metadata of videos and images
   libheif-dev                                                               # HEIC and AVIF photos
   libutf8proc-dev                                                           # normal forms of names
+  liblz4-dev libzstd-dev libbz2-dev                                         # chunks of recordings of ROS
   libssl-dev libpq-dev                                                      # the service: digests, maps in PostgreSQL
   libcurl4-openssl-dev                                                      # oaslam models get
 )

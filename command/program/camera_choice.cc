@@ -107,6 +107,14 @@ void CheckImage(const cv::Mat& image, const std::string& source) {
         WithoutPassword(source), image.cols / 4, image.cols / 4);
 }
 
+void CheckRecordedCamera(const Camera& camera, const cv::Size& size, const std::string& source) {
+  if (camera.width != size.width || camera.height != size.height)
+    throw BadInput(
+        "{}: its CameraInfo is of images of {} x {}, but they have {} x {}; --camera gives another "
+        "calibration, or auto",
+        source, camera.width, camera.height, size.width, size.height);
+}
+
 CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string& images,
                               const std::optional<Camera>& known, const cv::Mat& mask,
                               const SlamConfig& config, const CommonOptions& common) {
@@ -122,10 +130,14 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
   if (!image) throw source.NoneReadable(images);
   CheckImage(image->image, images);
   CameraEstimationOptions options{.mask = mask};
-  if (!settings.IsAuto())
+  if (settings.recorded) {
+    CheckRecordedCamera(*settings.recorded, image->image.size(), images);
+    options.start = settings.recorded;
+  } else if (!settings.IsAuto()) {
     options.start = LoadCamera(settings.camera, image->image.size());
-  else if (known && known->width == image->image.cols && known->height == image->image.rows)
+  } else if (known && known->width == image->image.cols && known->height == image->image.rows) {
     options.start = known;
+  }
   if (!is_live) options.focal_length_35mm = FocalLength35mm(images);
   spdlog::info("camera: estimating its focal length from the images");
   CameraEstimator estimator(config, options);

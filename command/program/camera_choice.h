@@ -15,10 +15,11 @@ namespace oaslam::apps {
 inline bool IsAutoCamera(const std::string& spec) { return spec.empty() || spec == "auto"; }
 
 struct CameraSettings {
-  std::string camera;   // a file, fov:DEGREES or auto; empty: auto
-  bool refine = false;  // the calibration, or the guess, is only a start value
+  std::string camera;                // a file, fov:DEGREES or auto; empty: auto
+  bool refine = false;               // the calibration, or the guess, is only a start value
+  std::optional<Camera> recorded{};  // of a recording of ROS, where no other is given
 
-  bool IsAuto() const { return IsAutoCamera(camera); }
+  bool IsAuto() const { return IsAutoCamera(camera) && !recorded; }
   // Whether the camera is estimated from the images.
   bool IsEstimated() const { return IsAuto() || refine; }
 };
@@ -30,6 +31,9 @@ void AddCameraOptions(CLI::App& app, CameraSettings& settings);
 void CheckImageSize(const cv::Size& size, const std::string& source);
 // Also refuses a panorama, which no camera model fits. Throws InputError.
 void CheckImage(const cv::Mat& image, const std::string& source);
+
+// Throws InputError where the camera that a recording of ROS tells is of images of another size.
+void CheckRecordedCamera(const Camera& camera, const cv::Size& size, const std::string& source);
 
 // Estimates the camera of a source from its images, from as many parts of it as are needed; of a
 // live source, from its first seconds. `known` is the start value if nothing better is given, such

@@ -95,9 +95,14 @@ void AddImageOptions(CLI::App& app, CommonOptions& options) {
                "turned images then");
   app.add_option("--dataset", options.dataset,
                  fmt::format("layout of a folder, of which images, times, camera, gyroscope and "
-                             "ground truth are taken: {}, or none; by default told by its files",
+                             "ground truth are taken: {}, or none; by default told by its files. "
+                             "none, with a recording of ROS: its images alone",
                              fmt::join(DatasetLayouts(), ", ")))
       ->type_name("NAME|none");
+  app.add_option("--topic", options.topic,
+                 "topic of the images in a recording of ROS (oaslam info lists them); by default "
+                 "its only one")
+      ->type_name("NAME");
 }
 
 void AddFollowOption(CLI::App& app, CommonOptions& options) {
@@ -178,6 +183,7 @@ ImageSourceOptions FrameRange(const CommonOptions& options) {
   ImageSourceOptions range{.fps = options.fps, .from = options.from, .to = options.to};
   range.time_unit = SecondsInUnit(options.time_unit);
   range.dataset = options.dataset;
+  range.topic = options.topic;
   if (options.exif_rotation) range.orientation = Orientation::kUpright;
   if (options.follow_s) range.follow = FollowOptions{*options.follow_s};
   range.stopped = Interrupted;

@@ -28,6 +28,7 @@ struct CommonOptions {
   std::optional<double> fps;
   std::string time_unit;           // --time-unit: a name; empty: told by the times
   bool exif_rotation = false;      // image files are rotated by their metadata
+  std::string topic;               // --topic, of a recording of ROS; empty: its only one
   std::string dataset;             // --dataset: a layout or none; empty: told by the files
   std::optional<double> follow_s;  // --follow: 0 without a limit
 };
@@ -38,9 +39,9 @@ CLI::Option* AddRepeatable(CLI::App& app, const std::string& name, std::vector<s
 void AddQuietOption(CLI::App& app, CommonOptions& options);    // --quiet, --verbose
 void AddConfigOptions(CLI::App& app, CommonOptions& options);  // --config, --set
 void AddFrameOptions(CLI::App& app, CommonOptions& options);   // --from, --to, --fps, --time-unit
-void AddImageOptions(CLI::App& app, CommonOptions& options);   // --exif-rotation, --dataset
-void AddFollowOption(CLI::App& app, CommonOptions& options);   // --follow
-void AddSubmapOption(CLI::App& app, int& submap);              // --submap, of a map file
+void AddImageOptions(CLI::App& app, CommonOptions& options);  // --exif-rotation, --dataset, --topic
+void AddFollowOption(CLI::App& app, CommonOptions& options);  // --follow
+void AddSubmapOption(CLI::App& app, int& submap);             // --submap, of a map file
 void AddClassesOption(CLI::App& app, CommonOptions& options);
 // --relocalization. `mode` must hold the default.
 void AddRelocalizationOption(CLI::App& app, std::string& mode, const std::string& description);

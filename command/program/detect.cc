@@ -152,9 +152,10 @@ void AddDetectCommand(CLI::App& app) {
   auto options = std::make_shared<DetectOptions>();
   CLI::App* command =
       app.add_subcommand("detect", "Run an object detector on images and save what it finds");
-  auto* images = command->add_option(
-      "--images", options->images,
-      "folder of a dataset or of images, list file, video, or camera (webcam:0, rtsp://...)");
+  auto* images = command->add_option("--images", options->images,
+                                     "folder of a dataset or of images, list file, video, "
+                                     "recording of ROS (.mcap, .bag, rosbag2), "
+                                     "or camera (webcam:0, rtsp://...)");
   command->add_option("path", options->path, "the images, as for --images")->excludes(images);
   AddDetectorOptions(*command, options->detector);
   command->add_option("--out", options->out, "Where to write the detections (JSON)")

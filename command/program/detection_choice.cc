@@ -5,7 +5,11 @@
 namespace oaslam::apps {
 
 DetectionFile LoadDetectionsFor(const std::string& path, const CommonOptions& common) {
-  DetectionFile file = ReadDetectionFile(path);
+  return WithClassesInUse(ReadDetectionFile(path), path, common);
+}
+
+DetectionFile WithClassesInUse(DetectionFile file, const std::string& path,
+                               const CommonOptions& common) {
   if (!common.classes.empty()) {
     file.categories.clear();
     return file;

@@ -13,4 +13,8 @@ namespace oaslam::apps {
 // InputError.
 DetectionFile LoadDetectionsFor(const std::string& path, const CommonOptions& common);
 
+// The same of detections that were read already; `path` tells where.
+DetectionFile WithClassesInUse(DetectionFile file, const std::string& path,
+                               const CommonOptions& common);
+
 }  // namespace oaslam::apps

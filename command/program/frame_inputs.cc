@@ -17,6 +17,7 @@
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/image_list.h"
 #include "oaslam/images/video_source.h"
+#include "oaslam/util/bad_input.h"
 #include "oaslam/util/lower.h"
 #include "oaslam/util/stopwatch.h"
 
@@ -27,15 +28,18 @@ CLI::Option* AddImuOption(CLI::App& app, SideFiles& files) {
       .add_option("--imu", files.imu,
                   "the IMU or gyroscope beside the camera, as EuRoC, MARS Logger, Stray Scanner, "
                   "Sensor Logger and others record it (a file, two with a comma, or a folder); "
-                  "how it lies to the camera is read from the calibration (T_cam_imu, T_BS)")
+                  "how it lies to the camera is read from the calibration (T_cam_imu, T_BS); or a "
+                  "topic of a recording of ROS")
       ->type_name("FILE");
 }
 
 CLI::Option* AddDepthOptions(CLI::App& app, SideFiles& files) {
   CLI::Option* depth =
-      app.add_option("--depth", files.depth,
-                     "images of a depth camera: a folder, or a list as TUM's depth.txt or "
-                     "associations.txt; by default those of a dataset; none: without")
+      app.add_option(
+             "--depth", files.depth,
+             "images of a depth camera: a folder, or a list as TUM's depth.txt or "
+             "associations.txt, or a topic of a recording of ROS; by default those of a dataset "
+             "or recording; none: without")
           ->type_name("PATH");
   app.add_option("--depth-unit", files.depth_unit,
                  "metres of a count: by default that of a dataset, 0.0002 for a list, 0.001 for a "
@@ -91,26 +95,32 @@ SideInputs::SideInputs(const SideFiles& files, const std::string& camera,
     in_shares = file.in_shares;
     detections = DetectionTable(std::move(file.images));
     categories = std::move(file.categories);
+  } else if (files.recorded_detections) {
+    detections = DetectionTable(files.recorded_detections->images);
+    categories = files.recorded_detections->categories;
   }
+  recorded_camera = files.recorded_camera;
   if (!files.gravity.empty()) gravity = GravityTrack::Load(files.gravity);
   depth = DepthOf(files);
-  if (files.imu.empty()) return;
+  if (files.imu.empty() && !files.recorded_imu) return;
   const bool is_auto = IsAutoCamera(camera);
   const auto calibrated = is_auto ? std::nullopt : LoadCameraFromImu(camera);
-  axes = calibrated ? "axes turned to the camera's as " + camera + " says"
+  axes = calibrated           ? "axes turned to the camera's as " + camera + " says"
+         : files.recorded_imu ? files.recorded_axes
          : files.cam_from_imu
              ? "axes turned to the camera's as those of its recorder"
              : fmt::format("axes taken to be the camera's, since --camera {} does not tell others",
                            is_auto ? "auto" : camera);
   cam_from_imu = calibrated.value_or(files.cam_from_imu.value_or(Rigid3()));
   try {
-    imu = LoadImu(files.imu);
+    imu = files.recorded_imu ? *files.recorded_imu : LoadImu(files.imu);
   } catch (const InputError& error) {
     if (!files.imu_may_fail) throw;
     spdlog::warn("{} (the IMU of the dataset, left out)", error.what());
   }
   for (ImuSample& sample : imu.samples) sample.timestamp -= files.imu_begin_s;
-  for (const std::string& note : imu.notes) spdlog::warn("{}: {}", files.imu, note);
+  for (const std::string& note : imu.notes)
+    spdlog::warn("{}: {}", files.recorded_imu ? files.imu_place : files.imu, note);
 }
 
 std::optional<Vertical> VerticalIn(const Slam& slam, const FrameInput& frame,
@@ -161,15 +171,17 @@ FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOp
     side_.detections = DetectionTable(std::move(file.images));
   }
   const bool is_auto = IsAutoCamera(sources.camera);
-  camera_ = sources.known_camera ? *sources.known_camera
-                                 : LoadCamera(is_auto ? "fov:65" : sources.camera, size);
+  if (side_.recorded_camera) CheckRecordedCamera(*side_.recorded_camera, size, sources.images);
+  camera_ = sources.known_camera    ? *sources.known_camera
+            : side_.recorded_camera ? *side_.recorded_camera
+                                    : LoadCamera(is_auto ? "fov:65" : sources.camera, size);
   if (side_.detector) StartDetector(sources, range);
   // Not for a growing folder or a camera, where an image would have to wait for the ones after it.
   if (pool_ && !comes_late) most_ahead_ = pool_->MostAhead(first->image);
   const bool is_chosen = Choose(*first);
   read_.push_back({std::move(*first), is_chosen});
   ++read_count_;
-  if (camera_.is_guess && !sources.known_camera && !is_auto)
+  if (camera_.is_guess && !side_.recorded_camera && !sources.known_camera && !is_auto)
     spdlog::warn("{}: a guess, not a calibration; expect a bent map", sources.camera);
 }
 

@@ -18,6 +18,7 @@
 #include "oaslam/detection/turned_detector.h"
 #include "oaslam/detection/view_change.h"
 #include "oaslam/detection_file.h"
+#include "oaslam/formats/detection_input.h"
 #include "oaslam/formats/imu_file.h"
 #include "oaslam/image_source.h"
 #include "oaslam/images/depth_files.h"
@@ -52,6 +53,12 @@ struct SideFiles {
   std::optional<double> depth_unit{};  // metres
   std::string depth_camera{};          // the calibration of a depth camera that is not registered
   std::optional<DepthFiles> depth_of_dataset{};
+  // Of a recording of ROS: used where no file is given.
+  std::optional<Camera> recorded_camera{};
+  std::optional<ImuRecording> recorded_imu{};
+  std::string imu_place{};      // for messages
+  std::string recorded_axes{};  // how its axes were found, in words
+  std::optional<DetectionFile> recorded_detections{};
 
   // Where the dataset's depths are put, unless others are asked for.
   std::optional<DepthFiles>* DepthOfDataset() {
@@ -77,6 +84,7 @@ struct SideInputs {
   GravityTrack gravity;
   ImuRecording imu;
   std::optional<DepthFiles> depth;
+  std::optional<Camera> recorded_camera;  // where no other is given
   Rigid3 cam_from_imu;
   std::string axes;                    // of the IMU, in words
   std::unique_ptr<Detector> detector;  // null: none
@@ -99,7 +107,8 @@ std::optional<Vertical> VerticalIn(const Slam& slam, const FrameInput& frame,
 class FrameInputs {
  public:
   struct Sources {
-    // `camera`: as for LoadCamera; "auto" or empty: any camera of the images' size.
+    // `camera`: as for LoadCamera; "auto" or empty: any camera of the images' size, or that of a
+    // recording of ROS.
     std::string images, camera;
     DetectorSettings detector;
     // A camera or a growing folder gives its newest image, and the detector

@@ -8,7 +8,9 @@
 #include "commands.h"
 #include "common.h"
 #include "metric_scale.h"
+#include "oaslam/recordings/topic_choice.h"
 #include "oaslam/storage/map_file.h"
+#include "recorded_inputs.h"
 
 namespace oaslam::apps {
 namespace {
@@ -92,7 +94,15 @@ void PrintObjects(const SavedMap& saved) {
   }
 }
 
+void PrintRecordedTopics(const std::string& path) {
+  const std::shared_ptr<const RecordingSummary> summary = SummaryOf(path);
+  fmt::print("recording    {}\n", path);
+  for (const std::string& line : TopicLines(*summary)) fmt::print("topic        {}\n", line);
+  for (const std::string& line : TakenLines(*summary)) fmt::print("{}\n", line);
+}
+
 void PrintInfo(const std::string& given) {
+  if (IsRecording(given)) return PrintRecordedTopics(given);
   const std::string path = MapFileAt(given);
   const SavedMap saved = LoadMap(path);
   fmt::print("file         {}, {:.2f} MB\n", path,
@@ -121,8 +131,10 @@ void PrintInfo(const std::string& given) {
 void AddInfoCommand(CLI::App& app) {
   auto path = std::make_shared<std::string>();
   auto common = std::make_shared<CommonOptions>();
-  CLI::App* command = app.add_subcommand("info", "Show what is in a map file, and verify it");
-  command->add_option("file", *path, "Map file")->required();
+  CLI::App* command = app.add_subcommand(
+      "info", "Show what is in a map file, and verify it; or what is in a recording of ROS");
+  command->add_option("file", *path, "Map file, or recording of ROS (.mcap, .bag, rosbag2)")
+      ->required();
   AddQuietOption(*command, *common);
   command->callback([path, common] { PrintInfo(*path); });
 }

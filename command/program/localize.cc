@@ -28,6 +28,7 @@
 #include "oaslam/storage/map_file.h"
 #include "oaslam/trajectory_file.h"
 #include "oaslam/util/bad_input.h"
+#include "recorded_inputs.h"
 #include "recording.h"
 #include "timed_detections.h"
 
@@ -239,6 +240,7 @@ std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const cv::Ma
   constexpr int kEnough = 5, kMaxImages = 200;
   LocalizeOptions without_imu = options;
   without_imu.side.imu.clear();
+  without_imu.side.recorded_imu.reset();
   FrameInputs inputs(SourcesOf(options, std::nullopt), SideInputsOf(without_imu), options.common);
   Slam slam(config, inputs.camera());
   UseMask(options.mask, mask, slam, inputs.camera());
@@ -270,7 +272,7 @@ std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const cv::Ma
 
 void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
                     LocalizeResults& results) {
-  const bool is_auto = IsAutoCamera(options.camera);
+  const bool is_auto = IsAutoCamera(options.camera) && !options.side.recorded_camera;
   Recording recording(options.recording);
   SideInputs side = SideInputsOf(options);
   const cv::Mat mask = MaskFor(options.mask, options.camera, options.images, options.common);
@@ -384,6 +386,13 @@ void Localize(const LocalizeOptions& given) {
   TakeDataset(options.images, options.common,
               {&options.camera, options.every_frame ? nullptr : &options.side, nullptr,
                options.every_frame ? nullptr : options.side.DepthOfDataset()});
+  TakeRecording(
+      options.images, options.common,
+      {&options.camera, &options.side, given.detector.model.empty() ? &options.detector : nullptr});
+  if (options.every_frame) {
+    options.side.recorded_imu.reset();
+    options.side.depth_of_dataset.reset();
+  }
   const SavedMap saved = LoadSubmap(options.map, options.submap);
   const OutputFolder folder(options.out);
   LocalizeResults results(options.out);
@@ -412,9 +421,11 @@ void AddLocalizeCommand(CLI::App& app) {
   const auto options = std::make_shared<LocalizeOptions>();
   command->add_option("--map", options->map, "map file")->required();
   AddSubmapOption(*command, options->submap);
-  auto* images = command->add_option("--images", options->images,
-                                     "folder of a dataset or of images, list file, video, or "
-                                     "camera (webcam:0, rtsp://...); without: by detections alone");
+  auto* images =
+      command->add_option("--images", options->images,
+                          "folder of a dataset or of images, list file, video, recording "
+                          "of ROS (.mcap, .bag, rosbag2), or camera (webcam:0, "
+                          "rtsp://...); without: by detections alone");
   AddPlainForm(*command, options->plain, images);
   command->add_option("--camera", options->camera,
                       "calibration file, fov:DEGREES for a guess, or auto (default): that of the "

@@ -19,6 +19,7 @@
 #include "oaslam/trajectory_file.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/stopwatch.h"
+#include "recorded_inputs.h"
 
 namespace oaslam::apps {
 namespace {
@@ -101,7 +102,8 @@ void RunOdometry(const OdometryCommandOptions& given) {
   OdometryCommandOptions options = given;
   TakeDataset(options.images, options.common,
               {&options.camera, &options.side, nullptr, options.side.DepthOfDataset()});
-  if (IsAutoCamera(options.camera))
+  TakeRecording(options.images, options.common, {&options.camera, &options.side, nullptr});
+  if (IsAutoCamera(options.camera) && !options.side.recorded_camera)
     throw InputError("odometry: --camera auto: a calibration file or fov:DEGREES is needed");
   const OutputFolder folder = FolderOfOutputFile(options.out);
   Report report(options.report);
@@ -136,7 +138,8 @@ void AddOdometryCommand(CLI::App& app) {
   command
       ->add_option(
           "images", options->images,
-          "folder of a dataset or of images, list file, video, or camera (webcam:0, rtsp://...)")
+          "folder of a dataset or of images, list file, video, recording of ROS (.mcap, .bag, "
+          "rosbag2), or camera (webcam:0, rtsp://...)")
       ->required();
   command->add_option("--camera", options->camera,
                       "Calibration file, or fov:DEGREES; by default that of a dataset");

@@ -28,6 +28,7 @@
 #include "oaslam/slam.h"
 #include "oaslam/util/stopwatch.h"
 #include "oaslam/util/uri.h"
+#include "recorded_inputs.h"
 #include "recording.h"
 #include "recording_choice.h"
 #include "run_results.h"
@@ -162,7 +163,7 @@ std::string PathToFindAgain(const RunOptions& options) {
   std::error_code error;
   if (IsCamera(options.images) || options.common.fps || options.common.follow_s ||
       !options.common.time_unit.empty() || !options.common.dataset.empty() ||
-      options.common.exif_rotation)
+      !options.common.topic.empty() || options.common.exif_rotation)
     return "";
   return std::filesystem::absolute(options.images, error).lexically_normal().string();
 }
@@ -351,6 +352,11 @@ void Run(const RunOptions& given) {
   TakeDataset(options.images, options.common,
               {&options.camera.camera, &options.side, &groundtruth, options.side.DepthOfDataset()});
 
+  TakeRecording(options.images, options.common,
+                {&options.camera.camera, &options.side,
+                 given.detector.model.empty() ? &options.detector : nullptr});
+  options.camera.recorded = options.side.recorded_camera;
+
   // What is refused is refused before anything is written or estimated.
   SideInputs side(options.side, options.camera.camera, options.detector, options.common);
   const RunClasses classes{ClassesFor(options.common, side.detector.get(), side.categories),
@@ -429,9 +435,10 @@ void AddRunCommand(CLI::App& app, std::shared_ptr<RunView> view) {
       app.add_subcommand("run", "SLAM on images: trajectory, map of points and objects");
   const auto options = std::make_shared<RunOptions>();
   options->view = std::move(view);
-  auto* images = command->add_option(
-      "--images", options->images,
-      "folder of a dataset or of images, list file, video, or camera (webcam:0, rtsp://...)");
+  auto* images = command->add_option("--images", options->images,
+                                     "folder of a dataset or of images, list file, video, "
+                                     "recording of ROS (.mcap, .bag, rosbag2), "
+                                     "or camera (webcam:0, rtsp://...)");
   AddPlainForm(*command, options->plain, images);
   AddCameraOptions(*command, options->camera);
   AddMaskOption(*command, options->mask);

@@ -23,16 +23,22 @@ def write_pgm(path, image):
         file.write(f"P5\n{image.shape[1]} {image.shape[0]}\n{most}\n".encode() + image.astype(kind).tobytes())
 
 
+def scene():
+    """The images, depths and boxes of a camera that moves to the right past a wall with a box before it."""
+    wall, box = texture(1, WIDTH + 2 * COUNT, HEIGHT), texture(2, WIDTH, HEIGHT)
+    for i in range(COUNT):
+        image, depth = wall[:, 2 * i:2 * i + WIDTH].copy(), np.full((HEIGHT, WIDTH), WALL)
+        left, right = (max(0, x - 4 * i) for x in BOX_PX[::2])
+        rows = slice(BOX_PX[1], BOX_PX[3])
+        image[rows, left:right] = box[rows, BOX_PX[0]:BOX_PX[2]][:, BOX_PX[2] - BOX_PX[0] - (right - left):]
+        depth[rows, left:right] = BOX
+        yield image, depth, (left, BOX_PX[1], right, BOX_PX[3])
+
+
 class TestDepth(InFolder):
     @classmethod
     def prepare(cls):
-        wall, box = texture(1, WIDTH + 2 * COUNT, HEIGHT), texture(2, WIDTH, HEIGHT)
-        for i in range(COUNT):
-            image, depth = wall[:, 2 * i:2 * i + WIDTH].copy(), np.full((HEIGHT, WIDTH), WALL)
-            left, right = (max(0, x - 4 * i) for x in BOX_PX[::2])
-            rows = slice(BOX_PX[1], BOX_PX[3])
-            image[rows, left:right] = box[rows, BOX_PX[0]:BOX_PX[2]][:, BOX_PX[2] - BOX_PX[0] - (right - left):]
-            depth[rows, left:right] = BOX
+        for i, (image, depth, _) in enumerate(scene()):
             write_pgm(cls.path(f"walk/rgb/{i:04d}.pgm"), image)
             write_pgm(cls.path(f"walk/depth/{i:04d}.pgm"), np.round(depth[::2, ::2] * 1000))
             write_pgm(cls.path(f"tum/depth/{i}.pgm"), np.round(depth * 5000))

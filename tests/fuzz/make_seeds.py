@@ -8,6 +8,9 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "e2e"))
+from ros_writer import Cdr, write_bag, write_database, write_mcap  # noqa: E402
+
 CAMERAS = {
     0: ["""image_width: 640
 image_height: 480
@@ -172,6 +175,27 @@ def datasets():
     return [bytes([i]) + (text if isinstance(text, bytes) else text.encode()) for i, text in enumerate(texts)]
 
 
+def recordings():
+    class Pixels(bytes):
+        shape, itemsize = (2, 2), 1
+
+        def tobytes(self):
+            return self
+
+    messages = [(0, "/tf_static", "tf2_msgs/TFMessage", Cdr(None, "").transform("base", "camera")),
+                (0, "/camera/image_raw", "sensor_msgs/Image", Cdr(0, "camera").image(Pixels(b"abcd"), "mono8")),
+                (0, "/camera/camera_info", "sensor_msgs/CameraInfo", Cdr(0, "camera").camera_info(320, 240, 262.5)),
+                (0, "/imu", "sensor_msgs/Imu", Cdr(0, "imu").imu()),
+                (0, "/boxes", "vision_msgs/Detection2DArray", Cdr(0, "camera").detections(0, (1, 2, 3, 4), "chair"))]
+    files = []
+    with tempfile.TemporaryDirectory() as folder:
+        for write in (write_mcap, write_bag, write_database):
+            write(os.path.join(folder, write.__name__), messages)
+            with open(os.path.join(folder, write.__name__), "rb") as f:
+                files.append(f.read())
+    return files
+
+
 def seeds():
     glb_text, glb = triangle()
     return {
@@ -185,6 +209,7 @@ def seeds():
         "list": [b"# time path\n0.5 rgb/a.png\n0.6,rgb/b.png\n", b"1500000000.1.png\n1500000000.033333.png\n",
                  b"0.5 rgb/a.png 0.5 depth/a.png\n", b"#timestamp [ns],filename\n1403636579763555584,a.png\n",
                  "".join(f"{100 + i - 50 * (i > 5)} a.png\n" for i in range(12)).encode()],
+        "recording": recordings(),
         "trajectory": [b"# time x y z qx qy qz qw\n0.5 1 2 3 0 0 0 1\n1.5 1 2 3 0 0 1 0 0.9\n",
                        b"#timestamp [ns],p_x,p_y,p_z,q_w,q_x,q_y,q_z\n1403636579763555584,1,2,3,1,0,0,0\n",
                        b"1 0 0 1 0 1 0 2 0 0 1 3\n", b"\xff\xfe0\0 \0" + "1 2 3 0 0 0 1\n".encode("utf-16-le")],

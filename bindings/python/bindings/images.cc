@@ -75,10 +75,12 @@ std::function<bool()> StoppedBySignals() {
 template <typename Source, auto Opener>
 std::shared_ptr<Source> Open(const PathText& source, std::optional<double> fps, int from, int to,
                              bool color, Orientation orientation,
-                             std::optional<double> follow_quiet_s, bool color_if_free) {
+                             std::optional<double> follow_quiet_s, bool color_if_free,
+                             const std::string& topic) {
   ImageSourceOptions options{fps, from, to, color, orientation, {}, color_if_free};
   if (follow_quiet_s) options.follow = FollowOptions{*follow_quiet_s};
   options.stopped = StoppedBySignals();
+  options.topic = topic;
   decltype(Opener(source, options)) opened;
   {
     const WithoutPythonsLock without_gil;
@@ -99,7 +101,8 @@ std::string WithSourceOptions(const char* text) {
          "\ncolor: " + doc::ImageSourceOptions_color +
          "\norientation: " + doc::ImageSourceOptions_orientation +
          "\nfollow_quiet_s: " + doc::FollowOptions_quiet_s +
-         "\ncolor_if_free: " + doc::ImageSourceOptions_color_if_free;
+         "\ncolor_if_free: " + doc::ImageSourceOptions_color_if_free +
+         "\ntopic: " + doc::ImageSourceOptions_topic;
 }
 
 }  // namespace
@@ -135,7 +138,8 @@ void AddImages(py::module_& m) {
           py::arg("from_") = options.from, py::arg("to") = options.to,
           py::arg("color") = options.color, py::arg("orientation") = options.orientation,
           py::arg("follow_quiet_s") = std::nullopt,
-          py::arg("color_if_free") = options.color_if_free, WithSourceOptions(text).c_str());
+          py::arg("color_if_free") = options.color_if_free, py::arg("topic") = options.topic,
+          WithSourceOptions(text).c_str());
   };
   def_opener("open_images", &Open<Images, &OpenImages>, doc::OpenImages);
   def_opener("open_camera", &Open<LatestImages, &OpenCamera>, doc::OpenCamera);

@@ -61,6 +61,8 @@ struct ImageSourceOptions {
   // Ends a wait for images of a camera or a growing folder; checked several times a second, also by
   // other threads. Empty: never.
   std::function<bool()> stopped{};
+  // The topic of images in a recording of ROS; empty: its only one.
+  std::string topic{};
 };
 
 // A sequence of images, read one at a time:
@@ -82,13 +84,14 @@ class OASLAM_API ImageSource {
 };
 
 // Opens a folder in the layout of a dataset (docs/formats.md), a list file ("timestamp path" or
-// "path" in each line), a folder of images, a video file (OpenVideo) or a camera: "webcam:N",
-// "usb:N", "/dev/videoN" or an address (docs/command.md). Names that are times, as in
-// "1341847980.7.png", give the times and the order of a folder, and of a list without times. With
-// options.follow only a folder of images is allowed, which may still be empty. Throws InputError
-// where the source does not exist or is a pipe, a list is empty, a line has neither form, or the
-// unit of its times is not seconds. FFmpeg writes its own messages about a damaged video to stderr,
-// or to where av_log_set_callback directs them.
+// "path" in each line), a folder of images, a video file (OpenVideo), a recording of ROS (an MCAP
+// file, a ROS 1 bag or a rosbag2; docs/robots.md) or a camera: "webcam:N", "usb:N", "/dev/videoN"
+// or an address (docs/command.md). Names that are times, as in "1341847980.7.png", give the times
+// and the order of a folder, and of a list without times. With options.follow only a folder of
+// images is allowed, which may still be empty. Throws InputError where the source does not exist or
+// is a pipe, a list is empty, a line has neither form, the unit of its times is not seconds, or a
+// recording has several topics of images and options.topic names none. FFmpeg writes its own
+// messages about a damaged video to stderr, or to where av_log_set_callback directs them.
 OASLAM_API std::unique_ptr<ImageSource> OpenImages(const std::string& source,
                                                    const ImageSourceOptions& options = {});
 
@@ -98,8 +101,8 @@ struct ListedImage {
   std::string path;
 };
 
-// The images of a dataset, a list file or a folder in [from, to); nothing for a video or a
-// camera. Throws as OpenImages.
+// The images of a dataset, a list file or a folder in [from, to); nothing for a video, a recording
+// of ROS or a camera. Throws as OpenImages.
 OASLAM_API std::optional<std::vector<ListedImage>> ListImages(const std::string& source,
                                                               const ImageSourceOptions& options);
 

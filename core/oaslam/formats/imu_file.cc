@@ -80,20 +80,26 @@ ImuRecording LoadImu(const std::string& path) {
     table.is_toward_ground = second.is_toward_ground;
     std::ranges::move(second.notes, std::back_inserter(table.notes));
   }
-  auto& [gyroscope, accelerometer, is_toward_ground, notes] = table;
-  if (gyroscope.times.empty())
+  if (table.gyroscope.times.empty())
     throw BadInput("{}: no gyroscope in it; give both files: GYROSCOPE.csv,ACCELEROMETER.csv",
                    path);
+  return MendImu(
+      std::move(table),
+      {files.gyroscope, files.accelerometer.empty() ? files.gyroscope : files.accelerometer});
+}
+
+ImuRecording MendImu(ImuTable table, const ImuPaths& paths) {
+  auto& [gyroscope, accelerometer, is_toward_ground, notes] = table;
   // What is wrong with the rows of one file is said once.
-  const bool is_one = accelerometer.lines == gyroscope.lines && files.accelerometer.empty();
+  const bool is_one =
+      accelerometer.lines == gyroscope.lines && paths.accelerometer == paths.gyroscope;
   std::vector<std::string> said;
   LeaveOutDisorder(is_one ? "IMU" : "gyroscope", gyroscope, notes);
   LeaveOutDisorder("accelerometer", accelerometer, is_one ? said : notes);
   ToRadians(gyroscope, notes);
-  CheckRates(gyroscope, files.gyroscope);
+  CheckRates(gyroscope, paths.gyroscope);
   ToMetres(accelerometer, notes);
-  CheckAccelerations(accelerometer,
-                     files.accelerometer.empty() ? files.gyroscope : files.accelerometer);
+  CheckAccelerations(accelerometer, paths.accelerometer);
   constexpr double kTurns = 0.1, kShakes = 0.5;  // rad/s, m/s^2; far above the noise of a phone
   const SensorSeries all_rates = gyroscope;
   LeaveOutStuck("gyroscope", accelerometer, kShakes, gyroscope, notes);

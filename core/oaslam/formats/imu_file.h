@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "oaslam/formats/imu_table.h"
 #include "oaslam/imu.h"
 
 namespace oaslam {
@@ -21,5 +22,12 @@ struct ImuRecording {
 // a number is missing, the spacing of the samples is in no unit 0.1 ms to 0.1 s, a value is beyond
 // what any sensor measures, or there is no gyroscope.
 ImuRecording LoadImu(const std::string& path);
+
+// The same of samples that were read already; `path` is where they were, of the gyroscope and the
+// accelerometer, for messages.
+struct ImuPaths {
+  std::string gyroscope, accelerometer;
+};
+ImuRecording MendImu(ImuTable table, const ImuPaths& paths);
 
 }  // namespace oaslam

@@ -157,8 +157,9 @@ DepthFiles LoadDepthFiles(const std::string& folder, double unit) {
 }
 
 void SetDepthCamera(const std::string& path, DepthFiles& files) {
-  const cv::Mat first = ReadStored(files.files.front().path);
-  files.camera = LoadCamera(path, first.size());
+  const cv::Size size =
+      files.topic.empty() ? ReadStored(files.files.front().path).size() : cv::Size();
+  files.camera = LoadCamera(path, size);
   if (path.starts_with("fov:")) return;
   const std::string text = ReadTextFile(path);
   if (text.find("T_cam_depth") == std::string::npos) return;
@@ -168,6 +169,16 @@ void SetDepthCamera(const std::string& path, DepthFiles& files) {
 
 DepthSource::DepthSource(DepthFiles files, const std::vector<ListedImage>& images)
     : files_(std::move(files)) {
+  if (!files_.topic.empty()) {
+    for (const ListedImage& image : images) times_.emplace(image.path, image.timestamp);
+    recorded_ = std::make_unique<RecordedDepths>(files_.path, files_.topic);
+    if (!recorded_->HasAny(images))
+      throw BadInput(
+          "{}: {}: none of its depths belongs to one of the {} images, by times (0.02 s); --depth "
+          "none leaves them out",
+          files_.path, files_.topic, images.size());
+    return;
+  }
   for (const auto match : {MatchNames, MatchTimes, MatchNumbers, MatchOrder})
     if (file_of_.empty()) file_of_ = match(files_.files, images);
   if (file_of_.empty())
@@ -183,18 +194,31 @@ DepthSource::DepthSource(DepthFiles files, const std::vector<ListedImage>& image
                    first, 8 * image.elemSize1(), image.channels());
 }
 
-std::optional<DepthImage> DepthSource::Find(const std::string& image) {
-  const auto found = file_of_.find(image);
-  if (found == file_of_.end()) return std::nullopt;
-  const std::string& path = files_.files[found->second].path;
+std::optional<DepthImage> DepthSource::Described(cv::Mat image) const {
   DepthImage depth;
-  depth.image = ReadStored(path);
+  depth.image = std::move(image);
   depth.unit = files_.unit;
   depth.camera = files_.camera;
   depth.cam_from_depth = files_.cam_from_depth;
   const bool fits_camera = !files_.camera || (depth.image.cols == files_.camera->width &&
                                               depth.image.rows == files_.camera->height);
-  if ((depth.image.type() != CV_16UC1 && depth.image.type() != CV_32FC1) || !fits_camera) {
+  const bool is_depth = depth.image.type() == CV_16UC1 || depth.image.type() == CV_32FC1;
+  return is_depth && fits_camera ? std::optional(depth) : std::nullopt;
+}
+
+std::optional<DepthImage> DepthSource::FindRecorded(const std::string& image) {
+  const auto time = times_.find(image);
+  cv::Mat found = time == times_.end() ? cv::Mat() : recorded_->Near(time->second);
+  return found.empty() ? std::nullopt : Described(std::move(found));
+}
+
+std::optional<DepthImage> DepthSource::Find(const std::string& image) {
+  if (recorded_) return FindRecorded(image);
+  const auto found = file_of_.find(image);
+  if (found == file_of_.end()) return std::nullopt;
+  const std::string& path = files_.files[found->second].path;
+  std::optional<DepthImage> depth = Described(ReadStored(path));
+  if (!depth) {
     if (!std::exchange(has_warned_, true))
       Log(LogLevel::kWarning, "{}: no depth image as the first one, left out, as are others alike",
           path);
@@ -202,8 +226,8 @@ std::optional<DepthImage> DepthSource::Find(const std::string& image) {
   }
   if (files_.confidence.empty()) return depth;
   const cv::Mat trust = ReadStored((fs::path(files_.confidence) / BaseName(path)).string());
-  if (trust.type() == CV_8UC1 && trust.size() == depth.image.size())
-    depth.image.setTo(0, trust == 0);
+  if (trust.type() == CV_8UC1 && trust.size() == depth->image.size())
+    depth->image.setTo(0, trust == 0);
   return depth;
 }
 

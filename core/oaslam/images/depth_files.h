@@ -1,12 +1,14 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "oaslam/depth_image.h"
 #include "oaslam/image_source.h"
+#include "oaslam/images/recorded_depths.h"
 
 namespace oaslam {
 
@@ -28,6 +30,8 @@ struct DepthFiles {
   // A folder of images of the same names as the depths, whose zeros tell which depths not to trust;
   // empty: none.
   std::string confidence{};
+  // The topic of depths in the recording of ROS at `path`, which then has no files; empty: files.
+  std::string topic{};
 };
 
 // Those in a folder, or in a list of lines "time path", "time image time depth" or "time depth time
@@ -53,12 +57,16 @@ class DepthSource {
   // The depth of an image, by its path (of a video, its name); nothing where there is none. Warns
   // of the first file that cannot be read.
   std::optional<DepthImage> Find(const std::string& image);
-  size_t size() const { return file_of_.size(); }
   const DepthFiles& files() const { return files_; }
 
  private:
+  std::optional<DepthImage> Described(cv::Mat image) const;
+  std::optional<DepthImage> FindRecorded(const std::string& image);
+
   DepthFiles files_;
   std::map<std::string, size_t> file_of_;  // by the path of the image
+  std::map<std::string, double> times_;    // of the images, by their names: of a recording
+  std::unique_ptr<RecordedDepths> recorded_;
   bool has_warned_ = false;
 };
 

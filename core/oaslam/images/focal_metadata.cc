@@ -9,6 +9,7 @@
 #include "oaslam/images/dataset.h"
 #include "oaslam/images/exif_data.h"
 #include "oaslam/images/video_container.h"
+#include "oaslam/recordings/recording_reader.h"
 
 namespace oaslam {
 namespace {
@@ -28,7 +29,7 @@ std::optional<double> FromVideo(const std::string& path) {
 }  // namespace
 
 std::optional<double> FocalLength35mm(const std::string& source) {
-  if (IsCamera(source)) return std::nullopt;
+  if (IsCamera(source) || IsRecording(source)) return std::nullopt;
   try {
     const auto images = ListImages(source, {.quiet = true});
     const auto length =

@@ -16,9 +16,11 @@
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/image_kinds.h"
 #include "oaslam/images/list_clock.h"
+#include "oaslam/images/recorded_images.h"
 #include "oaslam/images/sensor_data.h"
 #include "oaslam/images/video_container.h"
 #include "oaslam/images/video_source.h"
+#include "oaslam/recordings/recording_reader.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/lower.h"
@@ -129,9 +131,9 @@ void RefuseRecording(const std::string& source) {
       {".svo", "a recording of a ZED camera: export its left images (svo_export of the ZED SDK)"},
       {".svo2", "a recording of a ZED camera: export its left images (svo_export of the ZED SDK)"},
       {".vrs", "a VRS recording: vrs extract-images FILE --to DIR, and give DIR"},
-      {".bag", "a recording of ROS: save its images and a list TIME PATH of them"},
-      {".db3", "a recording of ROS: save its images and a list TIME PATH of them"},
-      {".mcap", "a recording of ROS: save its images and a list TIME PATH of them"}};
+      {".bag", "no recording of ROS 1 that is read: it does not begin with #ROSBAG V2.0"},
+      {".db3", "no recording of ROS 2: it is no SQLite database"},
+      {".mcap", "no recording of ROS: it does not begin as an MCAP file"}};
   const auto found = std::ranges::find(kRecordings, LowerExtension(source), &Recording::extension);
   if (found != std::end(kRecordings)) throw BadInput("{}: is {}", source, found->what);
 }
@@ -231,6 +233,7 @@ std::optional<std::vector<ListedImage>> ListAll(const std::string& source,
                      fs::read_symlink(source, error).string());
     throw BadInput("{}: there is no such file or folder{}", source, HintForPattern(source));
   }
+  if (IsRecording(source)) return std::nullopt;
   if (auto dataset = FindDataset(source, options)) {
     if (!dataset->film.empty()) return std::nullopt;
     return std::move(dataset->images);
@@ -250,6 +253,7 @@ std::vector<ListedImage> TimesOfImages(const std::string& source,
   ImageSourceOptions quiet = options;
   quiet.quiet = true;
   if (auto images = ListAll(source, quiet)) return std::move(*images);
+  if (IsRecording(source)) return TimesOfRecordedImages(source, options);
   const FilmSource film = FilmOf(source, options);
   const VideoContainer video = ReadVideoContainer(film.path);
   const bool is_listed = film.times.size() == static_cast<size_t>(video.images);
@@ -269,6 +273,11 @@ std::vector<std::string> NamesOfImages(const std::string& source,
   quiet.quiet = true;
   if (const auto images = ListAll(source, quiet)) {
     for (const ListedImage& image : *images) names.push_back(image.path);
+    return names;
+  }
+  if (IsRecording(source)) {
+    for (const ListedImage& image : TimesOfRecordedImages(source, options))
+      names.push_back(image.path);
     return names;
   }
   const int count = ReadVideoContainer(FilmOf(source, options).path).images;

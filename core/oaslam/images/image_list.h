@@ -9,9 +9,9 @@
 namespace oaslam {
 
 // All images of a folder, a dataset or a list file, in their order and with their times; nothing
-// where the source is a video. A folder is in the natural order of its names, or, if they are
-// times, in the order of these. Throws InputError where there is no such source, where it is no
-// plain file, and where a line of a list or the unit of the times is not understood.
+// where the source is a video or a recording of ROS. A folder is in the natural order of its names,
+// or, if they are times, in the order of these. Throws InputError where there is no such source,
+// where it is no plain file, and where a line of a list or the unit of the times is not understood.
 std::optional<std::vector<ListedImage>> ListAll(const std::string& source,
                                                 const ImageSourceOptions& options);
 
@@ -26,8 +26,9 @@ std::vector<ListedImage> ListFolder(const std::string& folder, const ImageSource
 bool SetTimes(const std::string& source, const ImageSourceOptions& options,
               std::vector<ListedImage>& images);
 
-// All images of a source with their times, whatever the range in the options; of a video with their
-// names for paths. None where they are not known before they are read. Throws InputError.
+// All images of a source with their times, whatever the range in the options; of a video or a
+// recording of ROS with their names for paths. None where they are not known before they are read.
+// Throws InputError.
 std::vector<ListedImage> TimesOfImages(const std::string& source,
                                        const ImageSourceOptions& options);
 

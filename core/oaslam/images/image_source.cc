@@ -12,7 +12,9 @@
 #include "oaslam/images/followed_folder.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/image_list.h"
+#include "oaslam/images/recorded_images.h"
 #include "oaslam/images/video_source.h"
+#include "oaslam/recordings/recording_reader.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/lower.h"
 
@@ -128,6 +130,10 @@ std::unique_ptr<ImageSource> OpenImages(const std::string& source,
                          fs::exists(fs::path(source) / "rgb.txt", error)))
     throw BadInput("{}: --follow asks for a folder of images (without rgb.txt)", source);
   if (IsCamera(source)) return std::make_unique<DecodedSource>(OpenStream(source, options));
+  if (IsRecording(source))
+    return std::make_unique<DecodedSource>(OpenRecordedImages(source, options));
+  if (!options.topic.empty())
+    throw BadInput("{}: --topic {}: is no recording of ROS", source, options.topic);
   if (options.follow) return FollowFolder(source, options);
   if (auto images = ListChecked(source, options))
     return std::make_unique<ListSource>(source, std::move(*images), options);
