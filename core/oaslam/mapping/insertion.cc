@@ -27,12 +27,14 @@ Keyframe MakeKeyframe(const Frame& frame, const Rigid3& cam_from_world, Map& map
   return keyframe;
 }
 
-// The motion by the odometry where the distance of the two cameras is 1.
+// The motion by the odometry; where the depths were not measured, the distance of the two cameras
+// is 1.
 KeyframeMotion MotionOf(const InitialMap& initial, double depth) {
   Rigid3 motion = initial.motion;
-  motion.translation.normalize();
-  const double turn = Eigen::AngleAxisd(Eigen::Quaterniond(motion.rotation)).angle();
-  return {initial.first_id, motion, kSigmaOfWay + kSigmaOfDepthIfYoung * depth,
+  if (!initial.is_measured) motion.translation.normalize();
+  const double turn = Eigen::AngleAxisd(Eigen::Quaterniond(motion.rotation)).angle(),
+               way = initial.is_measured ? motion.translation.norm() : 1;
+  return {initial.first_id, motion, kSigmaOfWay * way + kSigmaOfDepthIfYoung * depth,
           kSigmaOfTurn * turn + kLeastTurn};
 }
 
@@ -60,12 +62,13 @@ bool InsertInitialMap(const InitialMap& initial, Map& map) {
   const double baseline = initial.motion.translation.norm();
   fresh.keyframes.MutableAt(initial.second_id).motion =
       MotionOf(initial, fresh.MedianDepth(initial.second_id));
-  ApplyCorrection(GlobalBundleAdjustment(fresh, kIterations, BundleConfig{}), fresh);
+  if (!initial.is_measured)
+    ApplyCorrection(GlobalBundleAdjustment(fresh, kIterations, BundleConfig{}), fresh);
   if (fresh.MedianDepth(initial.first_id) <= 0 ||
       fresh.landmarks.size() < std::max(kFewestLandmarks, initial.points.size() / 2))
     return false;
   Rigid3 second_from_first = fresh.keyframes.At(initial.second_id).cam_from_world;
-  const double scale = baseline / second_from_first.translation.norm();
+  const double scale = initial.is_measured ? 1 : baseline / second_from_first.translation.norm();
   second_from_first.translation *= scale;
   const Rigid3 first_from_world = second_from_first.Inverse() * initial.second_from_world;
   const Rigid3 world_from_first = first_from_world.Inverse();
@@ -74,7 +77,7 @@ bool InsertInitialMap(const InitialMap& initial, Map& map) {
     pose.translation *= scale;
     pose = pose * first_from_world;
   }
-  fresh.keyframes.MutableAt(initial.second_id).motion->Scale(baseline);
+  if (!initial.is_measured) fresh.keyframes.MutableAt(initial.second_id).motion->Scale(baseline);
   for (const LandmarkId id : fresh.landmarks.Ids()) {
     Eigen::Vector3d& position = fresh.landmarks.MutableAt(id).position;
     position = world_from_first * (scale * position).eval();

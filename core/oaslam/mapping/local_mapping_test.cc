@@ -17,6 +17,31 @@ struct Scene {
   Map& map = mapped.map;
 };
 
+// As a depth camera gives it to a camera that stands.
+TEST(InitialMap, NeedsNoParallaxWhereDepthsWereMeasured) {
+  const synthetic::World world = synthetic::MakeWorld({});
+  Rng rng(3);
+  const Rigid3& pose = world.cam_from_world[2];
+  const synthetic::View view = synthetic::MakeView(world, pose, {}, rng);
+  InitialMap initial;
+  initial.first = {0, 0.0, view.camera, view.features, {}};
+  initial.second = {1, 0.1, view.camera, view.features, {}};
+  initial.first_id = KeyframeId(4);
+  initial.second_id = KeyframeId(5);
+  initial.second_from_world = pose;
+  initial.is_measured = true;
+  for (int i = 0; i < static_cast<int>(view.point_of_keypoint.size()); ++i)
+    if (view.point_of_keypoint[i] >= 0)
+      initial.points.push_back({i, i, pose * world.points[view.point_of_keypoint[i]]});
+  Map map = synthetic::EmptyMap();
+  ASSERT_TRUE(InsertInitialMap(initial, map));
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
+  EXPECT_EQ(static_cast<size_t>(map.landmarks.size()), initial.points.size());
+  for (const KeyframeId id : {KeyframeId(4), KeyframeId(5)})
+    EXPECT_LT(CenterDistance(map.keyframes.At(id).cam_from_world, pose), 1e-9);
+  EXPECT_GT(map.keyframes.At(KeyframeId(5)).motion->sigma_position, 0);
+}
+
 TEST(InitialMap, IsRefinedInItsFrameAndUnit) {
   const synthetic::World world = synthetic::MakeWorld({});
   Rng rng(3);

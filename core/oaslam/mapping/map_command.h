@@ -24,10 +24,13 @@ struct InitialPoint {
 struct InitialMap {
   Frame first, second;
   KeyframeId first_id, second_id;
-  Rigid3 second_from_first;  // |translation| = 1
+  Rigid3 second_from_first;  // |translation| = 1, unless depths were measured
   std::vector<InitialPoint> points;
   Rigid3 second_from_world;
   Rigid3 motion;  // second from first by the odometry, in the unit of the map
+  // The points are by the depths of a depth camera, and they and second_from_first are in the unit
+  // of the map: there need be no parallax.
+  bool is_measured = false;
 };
 
 // How often a landmark was expected in a frame since the last keyframe, and how often it was found.

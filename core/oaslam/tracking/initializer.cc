@@ -7,7 +7,9 @@
 #include <ranges>
 #include <utility>
 
+#include "oaslam/estimation/pose_refinement.h"
 #include "oaslam/estimation/two_view.h"
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/median.h"
@@ -71,6 +73,30 @@ Rigid3 CorrectedPose(const FrameMotion& image, const std::vector<Frame>& frames,
   return image.cam_from_odom;
 }
 
+// A map whose first keyframe measured the depths of its key points; nothing where fewer than
+// `least` of them have one that fits both images.
+std::optional<InitialMap> MeasuredMap(const Frame& first, const Frame& second, const Rigid3& motion,
+                                      const KeypointPairs& pairs, int least) {
+  const std::optional<MeasuredMetre>& metre = second.motion->metre;
+  if (!first.depth || !metre || metre->source != UnitSource::kDepth) return std::nullopt;
+  InitialMap map{first, second, {}, {}, motion, {}, second.motion->cam_from_odom, motion, true};
+  for (const auto& [a, b] : pairs) {
+    const Eigen::Vector2d px = first.features->keypoints[a].px.cast<double>();
+    const auto depth = first.depth->At(Distort(*first.camera, px));
+    if (!depth) continue;
+    const Eigen::Vector3d ray = RayOf(*first.camera, px),
+                          point = depth->z / metre->metres_per_unit / ray.z() * ray,
+                          there = motion * point;
+    const Keypoint& seen = second.features->keypoints[b];
+    const double sigma = second.features->pyramid.scale[seen.octave];
+    if (there.z() > 0 &&
+        (ProjectIdeal(*second.camera, there) - seen.px.cast<double>()).squaredNorm() <
+            kChi2TwoDof * sigma * sigma)
+      map.points.push_back({a, b, point});
+  }
+  return std::ssize(map.points) < least ? std::nullopt : std::optional(std::move(map));
+}
+
 }  // namespace
 
 std::vector<Frame> Initializer::Reset() {
@@ -98,6 +124,12 @@ KeypointPairs Initializer::Follow(Reference& reference, const Frame& frame) cons
 
 std::optional<InitialMap> Initializer::Try(const Reference& reference, const Frame& frame,
                                            const KeypointPairs& pairs) {
+  const Rigid3 motion =
+      frame.motion->cam_from_odom * CamFromOdom(*reference.frame.motion, *frame.motion)
+                                        .value_or(reference.frame.motion->cam_from_odom)
+                                        .Inverse();
+  if (auto map = MeasuredMap(reference.frame, frame, motion, pairs, NeededMatches(frame) / 2))
+    return map;
   const Features &first = *reference.frame.features, &second = *frame.features;
   std::vector<Eigen::Vector2d> in_first, in_second;
   std::vector<double> sigma, moved;
@@ -119,10 +151,6 @@ std::optional<InitialMap> Initializer::Try(const Reference& reference, const Fra
   TwoViewOptions options;
   options.min_parallax_deg = kMinParallaxDeg;
   options.min_points = NeededMatches(frame) / 2;
-  const Rigid3 motion =
-      frame.motion->cam_from_odom * CamFromOdom(*reference.frame.motion, *frame.motion)
-                                        .value_or(reference.frame.motion->cam_from_odom)
-                                        .Inverse();
   const TwoViewReport report = TriangulateTwoViews(*reference.frame.camera, *frame.camera, in_first,
                                                    in_second, sigma, motion, options);
   if (!report.success) {
