@@ -5,6 +5,8 @@ add_library(oaslam_options INTERFACE)
 target_compile_features(oaslam_options INTERFACE cxx_std_20)
 target_compile_options(oaslam_options INTERFACE
   $<BUILD_INTERFACE:-Wall;-Wextra;-Wpedantic;-Wconversion;-Wshadow;-Wno-sign-conversion>
+  # Without fused multiply-add every instruction set, that of arm64 as well, gives the same bits.
+  -ffp-contract=off
   $<$<BOOL:${OASLAM_WERROR}>:-Werror>)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   # Hamming distances eight times as fast; in every x86-64 processor since 2008.
@@ -34,7 +36,8 @@ if(OASLAM_FUZZ)
   target_compile_definitions(oaslam_options INTERFACE FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION)
 endif()
 
-# oaslam_precompile(TARGET KIND header...): the first target of its kind compiles the headers once, the others share them.
+# oaslam_precompile(TARGET KIND header...): the first target of its kind compiles the headers once, the others share them. GCC
+# optimises a file with the options (-O, -f) of the precompiled headers, whatever the file's own are: those of a kind must agree.
 # Not with a compiler launcher: ccache does not cache files that use precompiled headers. The preset dev does without, too, so
 # that missing includes are noticed.
 function(oaslam_precompile target kind)
