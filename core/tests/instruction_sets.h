@@ -14,8 +14,6 @@ class EveryInstructionSet : public testing::TestWithParam<int64_t> {
  protected:
   void SetUp() override { Use(GetParam()); }
   void TearDown() override { Use(0); }
-
- private:
   static void Use(int64_t targets) {
     hwy::SetSupportedTargetsForTest(targets);
     hwy::GetChosenTarget().DeInit();

@@ -11,7 +11,7 @@ namespace {
 
 // The error of each edge of an object that is not in front of the camera, in units of kHuberPx: 150
 // detector pixels, as of a very wrong box, so that no step gains by going there.
-constexpr double kBehindError = 15;
+constexpr double kBoxBehindError = 15;
 
 using Matrix47 = Eigen::Matrix<double, 4, 7, Eigen::RowMajor>;
 
@@ -61,7 +61,7 @@ bool BoxEdgeCost::Evaluate(const double* const* parameters, double* residuals,
     for (int row = 0; row < 4; ++row)
       if (!(measured_.truncated & (1 << row)) || residual[row] != 0) used[row] = weight_;
   } else {
-    residual.setConstant(kBehindError);
+    residual.setConstant(kBoxBehindError);
   }
   if (!jacobians) return true;
   if (!fixed_pose_ && jacobians[0]) {

@@ -1,6 +1,5 @@
 #include "oaslam/bundle/intrinsics_solver.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -9,6 +8,7 @@
 #include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/geometry/pose_step.h"
 
 namespace oaslam {
@@ -95,10 +95,9 @@ class IntrinsicsProblem {
     Eigen::MatrixXd system;
     Eigen::VectorXd right;
     Reduce(damping, system, right);
-    const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> factor(system);
-    if (factor.info() != Eigen::Success) return false;
-    const Eigen::VectorXd step = factor.solve(right);
-    if (!step.allFinite()) return false;
+    const auto solution = SolvePositive(system, right);
+    if (!solution || !solution->allFinite()) return false;
+    const Eigen::VectorXd& step = *solution;
     const SharedStep of_camera = step.tail<kShared>();
     // A change of the focal length by a factor of e is beyond the linear model.
     if (std::abs(of_camera[0]) > 1) return false;
@@ -122,12 +121,11 @@ class IntrinsicsProblem {
     Eigen::MatrixXd system;
     Eigen::VectorXd right;
     Reduce(0, system, right);
-    const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> factor(system);
-    if (factor.info() != Eigen::Success) return MatrixShared::Zero();
+    if (!FactorisePositive(system)) return MatrixShared::Zero();
     // The intrinsics come last in the factor, so that their part of it is the Schur complement of
     // all others.
-    const Eigen::MatrixXd corner =
-        Eigen::MatrixXd(factor.matrixL()).bottomRightCorner<kShared, kShared>();
+    const MatrixShared corner =
+        system.bottomRightCorner<kShared, kShared>().triangularView<Eigen::Lower>();
     return corner * corner.transpose();
   }
 

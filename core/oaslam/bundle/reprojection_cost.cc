@@ -10,7 +10,7 @@
 namespace oaslam {
 namespace {
 
-using Matrix23 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
+using RowMajor23 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
 using Matrix27 = Eigen::Matrix<double, 2, 7, Eigen::RowMajor>;
 using Matrix76 = Eigen::Matrix<double, 7, 6, Eigen::RowMajor>;
 using Matrix67 = Eigen::Matrix<double, 6, 7, Eigen::RowMajor>;
@@ -53,9 +53,9 @@ Eigen::Matrix3d TurnedByVector(const Eigen::Quaterniond& q, const Eigen::Vector3
 }
 
 // Writes the residual of a point in the camera; returns its derivative by that point.
-Matrix23 Project(const Eigen::Vector3d& p, double fx, double fy,
-                 const Eigen::Vector2d& px_minus_center, double* residuals) {
-  Matrix23 d = Matrix23::Zero();
+RowMajor23 Project(const Eigen::Vector3d& p, double fx, double fy,
+                   const Eigen::Vector2d& px_minus_center, double* residuals) {
+  RowMajor23 d = Matrix23::Zero();
   if (p.z() < kMinDepth) {
     residuals[0] = residuals[1] = kBehindError;
     return d;
@@ -122,7 +122,7 @@ ReprojectionCost::ReprojectionCost(const Camera& camera, const Eigen::Vector2d& 
 
 bool ReprojectionCost::Evaluate(const double* const* parameters, double* residuals,
                                 double** jacobians) const {
-  Matrix23 by_point_in_cam = Matrix23::Zero();
+  RowMajor23 by_point_in_cam = Matrix23::Zero();
   const Eigen::Map<const Eigen::Quaterniond> q = Rotation(parameters[0]);
   const Eigen::Map<const Eigen::Vector3d> x(parameters[1]);
   const Eigen::Vector3d v = q.vec(), cross = 2 * v.cross(x);
@@ -140,7 +140,7 @@ bool ReprojectionCost::Evaluate(const double* const* parameters, double* residua
     j.rightCols<3>() = by_point_in_cam;
   }
   if (jacobians[1])
-    Eigen::Map<Matrix23>(jacobians[1]).noalias() = by_point_in_cam * q.toRotationMatrix();
+    Eigen::Map<RowMajor23>(jacobians[1]).noalias() = by_point_in_cam * q.toRotationMatrix();
   return true;
 }
 
@@ -185,7 +185,7 @@ FixedPoseReprojectionCost::FixedPoseReprojectionCost(const Camera& camera,
 
 bool FixedPoseReprojectionCost::Evaluate(const double* const* parameters, double* residuals,
                                          double** jacobians) const {
-  Matrix23 by_point_in_cam = Matrix23::Zero();
+  RowMajor23 by_point_in_cam = Matrix23::Zero();
   if (active_) {
     const Eigen::Vector3d p =
         rotation_ * Eigen::Map<const Eigen::Vector3d>(parameters[0]) + translation_;
@@ -194,7 +194,7 @@ bool FixedPoseReprojectionCost::Evaluate(const double* const* parameters, double
     residuals[0] = residuals[1] = 0;
   }
   if (jacobians && jacobians[0])
-    Eigen::Map<Matrix23>(jacobians[0]).noalias() = by_point_in_cam * rotation_;
+    Eigen::Map<RowMajor23>(jacobians[0]).noalias() = by_point_in_cam * rotation_;
   return true;
 }
 

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,6 +14,7 @@
 #include "oaslam/bundle/intrinsics_solver.h"
 #include "oaslam/estimation/pose_refinement.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/map/camera_replacement.h"
 
 namespace oaslam {
@@ -283,7 +283,7 @@ double StatisticalSigma(const IntrinsicsState& state, std::span<const RollingMea
                         const IntrinsicsPrior& known) {
   const Noise noise = NoiseOf(state, inliers);
   const double variance = noise.variance * noise.design_effect *
-                          InformationOnIntrinsics(inliers, known, state).inverse()(0, 0);
+                          InverseOf<kShared>(InformationOnIntrinsics(inliers, known, state))(0, 0);
   return std::isfinite(variance) && variance > 0 ? std::sqrt(variance)
                                                  : std::numeric_limits<double>::infinity();
 }
@@ -343,7 +343,7 @@ SelfCalibration SelfCalibrate(const Map& map, int camera, const SelfCalibrationO
   found.inliers = static_cast<int>(inliers.size());
   found.rmse = std::sqrt(noise.variance);
   const auto information = InformationOnIntrinsics(inliers, known, problem.state);
-  const Eigen::Matrix<double, kShared, kShared> covariance = information.inverse();
+  const Eigen::Matrix<double, kShared, kShared> covariance = InverseOf<kShared>(information);
   if (covariance.allFinite() && covariance(0, 0) > 0) {
     const SharedStep sigma =
         (noise.variance * noise.design_effect * covariance.diagonal()).cwiseMax(0).cwiseSqrt();

@@ -1,7 +1,6 @@
 #include "oaslam/estimation/ellipsoid_fit.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -11,6 +10,7 @@
 #include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/util/median.h"
 
 namespace oaslam {
@@ -261,7 +261,7 @@ ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const B
   information.diagonal().head<3>().array() += 1 / (4 * size * size);
   information.diagonal().segment<3>(3).array() += 1;
   information(6, 6) += 1;
-  return information.inverse();
+  return InverseOf<7>(information);
 }
 
 }  // namespace oaslam

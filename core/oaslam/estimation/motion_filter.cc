@@ -1,6 +1,6 @@
 #include "oaslam/estimation/motion_filter.h"
 
-#include <Eigen/LU>
+#include "oaslam/geometry/decompositions.h"
 
 namespace oaslam {
 namespace {
@@ -37,7 +37,7 @@ void MotionFilter::Predict(double seconds) {
 }
 
 void MotionFilter::Correct(const Rigid3& cam_from_world, const Matrix6& covariance) {
-  const Matrix6 velocity_from_pose = cross_.transpose() * covariance_.inverse();
+  const Matrix6 velocity_from_pose = cross_.transpose() * InverseOf<6>(covariance_);
   velocity_ += velocity_from_pose * MotionBetween(cam_from_world_, cam_from_world);
   velocity_covariance_ -=
       velocity_from_pose * (covariance_ - covariance) * velocity_from_pose.transpose();

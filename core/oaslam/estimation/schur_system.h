@@ -1,10 +1,10 @@
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <vector>
 
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/geometry/pose_step.h"
 
 namespace oaslam {
@@ -57,10 +57,9 @@ class SchurSystem {
       diagonal.array() += kRidge * (1 + largest);
     }
     Eliminate(damping, system, right);
-    const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> factor(system);
-    if (factor.info() != Eigen::Success) return false;
-    const Eigen::VectorXd step = factor.solve(right);
-    if (!step.allFinite()) return false;
+    const auto solution = SolvePositive(system, right);
+    if (!solution || !solution->allFinite()) return false;
+    const Eigen::VectorXd& step = *solution;
     size_t first = 0;
     for (size_t i = 0; i < landmarks_.size(); ++i) {
       const Landmark& l = landmarks_[i];

@@ -1,12 +1,12 @@
 #include "oaslam/estimation/similarity_fit.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
 #include <optional>
 
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/geometry/skew.h"
 
 namespace oaslam {
@@ -116,10 +116,9 @@ std::optional<Step> SolveStep(std::span<const PosePair> pairs, const Similarity&
     information += weight * jacobian.transpose() * jacobian;
     gradient += weight * jacobian.transpose() * residual;
   }
-  const Eigen::LDLT<Matrix7> solver(information);
-  if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
-  const Step step{-solver.solve(gradient), solver.solve(Matrix7::Identity())};
-  return step.change.allFinite() ? std::optional(step) : std::nullopt;
+  const auto solved = SolveAndInvertSemidefinite<7>(information, gradient);
+  if (!solved || !solved->solution.allFinite()) return std::nullopt;
+  return Step{-solved->solution, solved->inverse};
 }
 
 Similarity Apply(const Vector7& change, const Eigen::Vector3d& middle, const Similarity& b_from_a) {

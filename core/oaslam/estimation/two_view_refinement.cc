@@ -82,8 +82,7 @@ RefinedMotion RefineMotion(const RayMatches& matches, const Rigid3& start) {
   const NormalEquations<5> end = MinimizeDense<5>(
       {.tolerance = 1e-5}, result.second_from_first,
       [&](const Rigid3& motion) { return Linearize(matches, motion); }, MovedMotion);
-  const Eigen::Matrix<double, 5, 5> covariance =
-      end.hessian.ldlt().solve(Eigen::Matrix<double, 5, 5>::Identity());
+  const Eigen::Matrix<double, 5, 5> covariance = InverseOfSymmetric<5>(end.hessian);
   const Eigen::Matrix2d direction = covariance.topLeftCorner<2, 2>();
   const double variance = EigenOfSymmetric(direction).values(1);
   const double sigma_deg = std::sqrt(variance) * 180 / std::numbers::pi;

@@ -106,7 +106,7 @@ std::vector<StampedPose> ReadKitti(const Table& table) {
 }
 
 // The name of a column, in lower case, without prefix and unit: "q_RS_w []" is "w".
-std::string_view ColumnName(std::string_view name) {
+std::string_view ColumnTitle(std::string_view name) {
   name = name.substr(0, name.find_first_of(" ["));
   if (name.starts_with('#')) name = Trim(name.substr(1));
   for (const char* prefix : {"p_rs_r_", "q_rs_", "p_", "q_", "t", "q"})
@@ -118,17 +118,18 @@ std::string_view ColumnName(std::string_view name) {
 }
 
 // The columns of time, position, and quaternion (x, y, z, w), counted from 0.
-using Columns = std::array<size_t, 8>;
-constexpr Columns kTumColumns = {0, 1, 2, 3, 4, 5, 6, 7}, kEurocColumns = {0, 1, 2, 3, 5, 6, 7, 4};
+using PoseColumns = std::array<size_t, 8>;
+constexpr PoseColumns kTumColumns = {0, 1, 2, 3, 4, 5, 6, 7},
+                      kEurocColumns = {0, 1, 2, 3, 5, 6, 7, 4};
 
 // By a header with commas: three numbers and four, somewhere, of which the first are a position.
-std::optional<Columns> ColumnsOfHeader(const Table& table) {
+std::optional<PoseColumns> ColumnsOfHeader(const Table& table) {
   const std::vector<std::string_view> names = SplitCommas(table.header);
-  Columns columns{};
+  PoseColumns columns{};
   std::array<std::vector<size_t>, 4> found;
   constexpr std::string_view kAxes = "xyzw";
   for (size_t i = 1; i < names.size(); ++i)
-    if (const std::string_view name = ColumnName(names[i]); name.size() == 1)
+    if (const std::string_view name = ColumnTitle(names[i]); name.size() == 1)
       if (const size_t axis = kAxes.find(name); axis != std::string_view::npos)
         found[axis].push_back(i);
   for (size_t axis = 0; axis < 3; ++axis) {
@@ -142,7 +143,7 @@ std::optional<Columns> ColumnsOfHeader(const Table& table) {
 }
 
 // In files with commas a header tells them; those in nanoseconds without one are EuRoC's.
-Columns ColumnsOf(const Table& table, bool is_ns) {
+PoseColumns ColumnsOf(const Table& table, bool is_ns) {
   if (!table.has_commas) return kTumColumns;
   if (const auto columns = ColumnsOfHeader(table)) return *columns;
   if (is_ns) return kEurocColumns;
@@ -200,7 +201,7 @@ std::vector<StampedPose> LoadTrajectory(const std::string& path) {
                    table.rows.front().line, in_first);
   } else {
     const double unit = UnitOfTimes(table);
-    const Columns columns = ColumnsOf(table, unit == 1e-9);
+    const PoseColumns columns = ColumnsOf(table, unit == 1e-9);
     for (const Row& row : table.rows) {
       const std::vector<double> numbers =
           table.Numbers(row, *std::ranges::max_element(columns) + 1);

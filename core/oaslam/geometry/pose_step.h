@@ -11,17 +11,13 @@ namespace oaslam {
 using PoseVector = Eigen::Matrix<double, 6, 1>;
 
 // The rotation by |w| radians about w.
-inline Eigen::Quaterniond RotationOf(const Eigen::Vector3d& w) {
-  const double angle = w.norm();
-  return angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle))
-                   : Eigen::Quaterniond::Identity();
-}
+Eigen::Quaterniond RotationOf(const Eigen::Vector3d& w);
 
 // exp(w) * pose + t for the step (t, w). The derivative of a point p in the camera frame by the
 // step is [I | -Skew(p)] (Barfoot 2017, 7.3).
-inline Rigid3 Moved(const Rigid3& cam_from_world, const PoseVector& step) {
-  return Rigid3(RotationOf(step.tail<3>()), step.head<3>()) * cam_from_world;
-}
+Rigid3 Moved(const Rigid3& cam_from_world, const PoseVector& step);
+// The step that moves the identity to `motion`.
+PoseVector StepOf(const Rigid3& motion);
 
 // The derivative by the step of a function of a point p in the camera frame, whose derivative by p
 // is `by_p`.
@@ -33,13 +29,6 @@ inline Eigen::Matrix<double, 2, 6> DerivativeByPose(const Eigen::Matrix<double, 
   by_pose.col(4) = p.z() * by_p.col(0) - p.x() * by_p.col(2);
   by_pose.col(5) = p.x() * by_p.col(1) - p.y() * by_p.col(0);
   return by_pose;
-}
-
-inline PoseVector StepOf(const Rigid3& motion) {
-  const Eigen::AngleAxisd turn(Eigen::Quaterniond(motion.rotation));
-  PoseVector step;
-  step << motion.translation, turn.angle() * turn.axis();
-  return step;
 }
 
 }  // namespace oaslam

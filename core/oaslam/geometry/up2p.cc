@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/geometry/polynomial.h"
 
 namespace oaslam {
@@ -13,10 +14,8 @@ Up2PPoses SolveUp2P(const std::array<Eigen::Vector3d, 2>& rays, const Eigen::Vec
   // In frames whose z axis is up, D2 u2 - D1 u1 = Rz(yaw) (P2 - P1): the vertical part gives D2
   // from D1, the length of the horizontal part a quadratic in D1. The steeper ray is the second,
   // which divides.
-  const auto upright_from_cam =
-      Eigen::Quaterniond::FromTwoVectors(up_in_cam, Eigen::Vector3d::UnitZ());
-  const auto upright_from_world =
-      Eigen::Quaterniond::FromTwoVectors(up_in_world, Eigen::Vector3d::UnitZ());
+  const auto upright_from_cam = TurnBetween(up_in_cam, Eigen::Vector3d::UnitZ());
+  const auto upright_from_world = TurnBetween(up_in_world, Eigen::Vector3d::UnitZ());
   const std::array<Eigen::Vector3d, 2> upright = {upright_from_cam * rays[0],
                                                   upright_from_cam * rays[1]};
   const int second =

@@ -83,7 +83,7 @@ std::optional<Similarity> FitTwo(const Match& a, const Match& b,
   const Eigen::Vector3d from = b.here->center - a.here->center,
                         to = b.there->center - a.there->center;
   const double scale = to.norm() / from.norm();
-  const auto turn = Eigen::Quaterniond::FromTwoVectors(from, to);
+  const auto turn = TurnBetween(from, to);
   return Similarity(scale, turn, a.there->center - scale * (turn * a.here->center));
 }
 

@@ -1,6 +1,5 @@
 #include "oaslam/odometry/inverse_depth_solver.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -10,6 +9,7 @@
 #include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/geometry/skew.h"
 #include "oaslam/odometry/inverse_depth_kernels.h"
@@ -164,10 +164,9 @@ class WindowEquations {
 
   bool Step(double damping, InverseDepthState& state) {
     // Factorises m_.system in place. Its upper half is neither set nor read.
-    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> factor(Reduced(damping));
-    if (factor.info() != Eigen::Success) return false;
-    const Eigen::VectorXd step = factor.solve(m_.right);
-    if (!step.allFinite()) return false;
+    const auto solution = SolvePositive(Reduced(damping), m_.right);
+    if (!solution || !solution->allFinite()) return false;
+    const Eigen::VectorXd& step = *solution;
     size_t first = 0;
     for (size_t i = 0; i < m_.depths.size(); ++i) {
       const auto& d = m_.depths[i];

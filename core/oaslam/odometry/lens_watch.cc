@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "oaslam/estimation/huber.h"
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/geometry/skew.h"
 
@@ -64,12 +65,12 @@ FocalChange FocalChangeOf(std::span<const PosePoint> points, const WindowOptions
     hessian.topLeftCorner<3, 3>().diagonal().array() += prior_information;
     gradient.head<3>() -= prior_information * (rotation * (pose.OriginInSource() - prior.center));
     hessian.diagonal().array() += 1e-6;  // a camera without points stays
-    const Vector8 step = -hessian.ldlt().solve(gradient);
+    const Vector8 step = -SolveSymmetric<8>(hessian, gradient);
     if (!step.allFinite()) return {};
     pose = Moved(pose, step.head<6>());
     log_ratio += step.tail<2>();
   }
-  const Eigen::Matrix2d covariance = hessian.inverse().bottomRightCorner<2, 2>(),
+  const Eigen::Matrix2d covariance = InverseOf<8>(hessian).bottomRightCorner<2, 2>(),
                         information = covariance.inverse();
   FocalChange change;
   change.by_axis = log_ratio;

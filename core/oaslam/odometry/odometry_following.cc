@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/odometry/image_shift.h"
 #include "oaslam/odometry/odometry.h"
 #include "oaslam/odometry/point_flow.h"
@@ -65,8 +66,8 @@ Rigid3 Odometry::TurnedAsImage(const Rigid3& predicted) const {
   const Eigen::Vector2f middle(0.5F * static_cast<float>(camera_.width),
                                0.5F * static_cast<float>(camera_.height)),
       half = 0.5F * ShiftOfImage(*last_, *present_);
-  const auto turn = Eigen::Quaterniond::FromTwoVectors(RayAt(middle - half).homogeneous(),
-                                                       RayAt(middle + half).homogeneous());
+  const auto turn =
+      TurnBetween(RayAt(middle - half).homogeneous(), RayAt(middle + half).homogeneous());
   const Eigen::Quaterniond rotation = turn * Eigen::Quaterniond(last.cam_from_odom.rotation);
   return Rigid3(Rigid3::Rotation(rotation), rotation * -predicted.OriginInSource());
 }

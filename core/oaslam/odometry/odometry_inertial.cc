@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/geometry/degree.h"
 #include "oaslam/odometry/odometry.h"
 #include "oaslam/util/median.h"
@@ -159,7 +160,7 @@ void Odometry::TellInertial() {
   covariance.diagonal().segment<3>(1).array() += kTilt * kTilt * seconds;
   covariance.diagonal().tail<3>().array() += kBias * kBias * seconds;
   auto told = std::make_shared<InertialPrior>();
-  told->information = covariance.inverse();
+  told->information = InverseOf<7>(covariance);
   told->right = told->information * window_.inertial->value;
   window_.newest().told = std::move(told);
 }

@@ -1,8 +1,8 @@
 #include "oaslam/relocalization/by_objects.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/relocalization/confidence.h"
 #include "oaslam/relocalization/object_refinement.h"
 #include "oaslam/relocalization/object_search.h"
@@ -51,7 +51,7 @@ Relocalization RefineByPointsAndObjects(std::span<const ObjectDetection> detecti
                                         const Relocalization& by_points) {
   const ObjectScene scene(detections, camera, map, config, std::nullopt);
   const PosePrior prior{by_points.cam_from_world,
-                        (by_points.covariance * by_points.points.inliers).inverse()};
+                        InverseOf<6>(by_points.covariance * by_points.points.inliers)};
   return RefineObjectPose(scene, {by_points.cam_from_world}, prior);
 }
 

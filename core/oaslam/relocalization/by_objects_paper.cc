@@ -14,7 +14,7 @@
 namespace oaslam {
 namespace {
 
-constexpr size_t kReturned = 5;  // as RelocalizeByObjects, to compare the two
+constexpr size_t kReturnedByPaper = 5;  // as RelocalizeByObjects, to compare the two
 // The paper does not state a least overlap of a detection and its object; this is the value in the
 // authors' program.
 constexpr double kMinIoU = 0.2;
@@ -158,7 +158,7 @@ std::vector<Relocalization> RelocalizeByObjectsAsInPaper(
       guesses.push_back(*guess);
 
   std::vector<Relocalization> found;
-  for (const PoseHypothesis& guess : SelectDistinct(std::move(guesses), kReturned))
+  for (const PoseHypothesis& guess : SelectDistinct(std::move(guesses), kReturnedByPaper))
     found.push_back(Describe(scene, guess.cam_from_world));
   for (size_t i = 0; i < found.size(); ++i) {
     const size_t rival = i == 0 ? 1 : 0;

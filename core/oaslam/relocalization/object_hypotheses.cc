@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "oaslam/geometry/box.h"
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/geometry/degree.h"
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/geometry/p3p.h"
@@ -159,7 +160,7 @@ std::vector<PoseHypothesis> GuessFromSingles(const ObjectScene& scene) {
     const std::vector<int> scope = neighbourhoods.ScopeOf(node);
     const Eigen::Vector3d& center = scene.objects[node.object].ellipsoid.center;
     for (const Eigen::Vector3d& up : ups) {
-      const Eigen::Quaterniond tilt = Eigen::Quaterniond::FromTwoVectors(*scene.up, up);
+      const Eigen::Quaterniond tilt = TurnBetween(*scene.up, up);
       for (int yaw = 0; yaw < kYaws; ++yaw) {
         Rigid3 pose;
         pose.rotation = tilt * Eigen::Quaterniond(Eigen::AngleAxisd(

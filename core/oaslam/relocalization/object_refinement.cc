@@ -1,6 +1,5 @@
 #include "oaslam/relocalization/object_refinement.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -256,7 +255,7 @@ Eigen::Matrix<double, 6, 6> CovarianceOf(const Evidence& evidence,
                                          const std::vector<Match>& matches, const Rigid3& pose) {
   Eigen::Matrix<double, 6, 6> information = EquationsAt(evidence, matches, pose, true).hessian;
   information.diagonal().array() += 1e-9 * information.diagonal().maxCoeff() + 1e-12;
-  return information.ldlt().solve(Eigen::Matrix<double, 6, 6>::Identity());
+  return InverseOfSymmetric<6>(information);
 }
 
 }  // namespace

@@ -1,10 +1,10 @@
 #include "oaslam/relocalization/object_trails.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/relocalization/confidence.h"
 #include "oaslam/relocalization/object_refinement.h"
 #include "oaslam/relocalization/object_search.h"
@@ -12,7 +12,7 @@
 namespace oaslam {
 namespace {
 
-constexpr size_t kFollowed = 8, kReturned = 5;  // poses; following one takes time
+constexpr size_t kFollowed = 8, kToldPoses = 5;  // poses; following one takes time
 // seconds without a detection: the predicted pose is too uncertain by then
 constexpr double kForgotten = 1;
 // The time in seconds in which an image's share of the mean score falls to 1/e. Tuned on fr2/desk
@@ -29,7 +29,7 @@ double WeightOf(double seconds) { return std::clamp(seconds / kIndependent, 1e-3
 // Refines the predicted pose of a trail by the boxes of the newest image.
 void ObjectTrails::GoOn(Trail& trail, const ObjectScene& scene, double seconds) {
   trail.motion.Predict(seconds);
-  const PosePrior prior{trail.motion.cam_from_world(), trail.motion.covariance().inverse()};
+  const PosePrior prior{trail.motion.cam_from_world(), InverseOf<6>(trail.motion.covariance())};
   Relocalization& now = trail.newest;
   now = RefineObjectPose(scene, {prior.cam_from_world, 0, now.objects.depth}, prior);
   if (now.objects.matched.empty())
@@ -66,7 +66,7 @@ void ObjectTrails::KeepDistinct(std::vector<Trail> trails, double timestamp) {
 std::vector<Relocalization> ObjectTrails::NewestPoses() const {
   std::vector<Relocalization> poses;
   for (const Trail& trail : trails_) {
-    if (poses.size() == kReturned) break;
+    if (poses.size() == kToldPoses) break;
     const size_t rival = poses.empty() ? 1 : 0;
     const double rival_score = rival < trails_.size() ? std::max(trails_[rival].score, 0.0) : 0;
     Relocalization& pose = poses.emplace_back(trail.newest);
