@@ -41,7 +41,7 @@ class TestRecordMcap(harness.InFolder):
 
     def test_our_reader_lists_it(self):
         done = must_run("info", self.file)
-        assert f"/oaslam/image/compressed: sensor_msgs/CompressedImage jpeg" in done.out, done
+        assert "/oaslam/image/compressed: sensor_msgs/CompressedImage jpeg" in done.out, done
         for topic, kind in TOPICS.items():
             assert f"{topic}: {kind}" in done.out, (topic, done)
 
@@ -74,7 +74,7 @@ class TestRecordMcap(harness.InFolder):
         poses = harness.read_tum(self.path("recorded/trajectory.txt"))
         assert topics["/tf"]["count"] == len(topics["/oaslam/path"]["last"]["poses"]) == len(poses)
         # Distances are those of the map.
-        ways = [np.linalg.norm(end - begin) for begin, end in (
+        ways = [np.linalg.norm(np.subtract(end, begin)) for begin, end in (
             (poses[0][1], poses[-1][1]), [position(topics["/oaslam/path"]["last"]["poses"][i]["pose"]["position"]) for i in (0, -1)])]
         assert abs(ways[0] - ways[1]) < 1e-6 * ways[0]
 
@@ -110,5 +110,3 @@ class TestRecordMcap(harness.InFolder):
         done = oaslam("run", *self.clip, "--out", self.path("full"), "--map-out", self.path("full.map"), "--record", self.path("full.mcap"))
         assert done.code == 1 and done.err.count("full.mcap: cannot be written: No space left on device") == 1, done
         assert harness.read_bytes(self.path("full.map")) == harness.read_bytes(self.map)
-        done = oaslam("export", "--map", self.map, "--format", "mcap", "--out", self.path("full.mcap"))
-        assert done.code == 1 and "full.mcap: cannot be written: No space left on device" in done.err, done

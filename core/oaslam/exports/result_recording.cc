@@ -54,7 +54,7 @@ void ResultRecording::AddEvents(const RecordedResult& result) {
   const int loops = result.map ? result.map->loops_closed : 0;
   if (loops > loops_ && result.world == world_) {
     is_map_urgent_ = true;
-    topics_.AddEvent(time, false, fmt::format("loop closed, the {}. of this map", loops));
+    topics_.AddEvent(time, false, fmt::format("a loop was closed, number {} of this map", loops));
   }
   loops_ = loops;
 }

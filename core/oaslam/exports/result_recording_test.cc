@@ -22,11 +22,12 @@ class Decoder {
  public:
   Decoder(const std::string& type, ByteView message) : in_(message.subspan(4), "message") {
     std::string name = type;
-    for (const std::string_view line : SplitLines(RosDefinition(type))) {
+    const std::string definition = RosDefinition(type);
+    for (const std::string_view line : SplitLines(definition)) {
       if (line.starts_with("MSG: "))
         name = line.substr(5);
       else if (!line.starts_with("="))
-        fields_[name].push_back(SplitFields(line).size() == 2 ? line : "");
+        fields_[name].emplace_back(line);
     }
     value = Read(type);
     EXPECT_EQ(in_.left(), 0U) << type;
@@ -80,8 +81,12 @@ Messages ReadAll(const std::string& path) {
   return messages;
 }
 
-Eigen::Vector3d Vector(const json& v) { return {v["x"], v["y"], v["z"]}; }
-Eigen::Quaterniond Rotation(const json& q) { return {q["w"], q["x"], q["y"], q["z"]}; }
+Eigen::Vector3d Vector(const json& v) {
+  return {v["x"].get<double>(), v["y"].get<double>(), v["z"].get<double>()};
+}
+Eigen::Quaterniond Rotation(const json& q) {
+  return {q["w"].get<double>(), q["x"].get<double>(), q["y"].get<double>(), q["z"].get<double>()};
+}
 std::vector<std::string> Texts(const std::vector<json>& events) {
   std::vector<std::string> texts;
   for (const json& event : events) texts.push_back(event["msg"]);
@@ -219,8 +224,8 @@ TEST_F(ResultRecordings, WriteTheMapOnceASecond) {
   }
   const Messages all = Record(results);
   std::vector<double> times;
-  for (const json& path : all.at("/oaslam/path")) {
-    const json& stamp = path["header"]["stamp"];
+  for (const json& written : all.at("/oaslam/path")) {
+    const json& stamp = written["header"]["stamp"];
     times.push_back(stamp["sec"].get<double>() + stamp["nanosec"].get<double>() * 1e-9);
   }
   // When it has changed; the last change is written, too.
@@ -248,7 +253,7 @@ TEST_F(ResultRecordings, TellEvents) {
   const std::vector<std::string> texts = Texts(all.at("/oaslam/events"));
   EXPECT_THAT(texts, testing::ElementsAre("tracking", "lost", "a submap grows: world 8", "tracking",
                                           "world 8 was joined with the map",
-                                          testing::HasSubstr("loop closed"),
+                                          testing::HasSubstr("loop was closed"),
                                           testing::HasSubstr("turned by 5.7 degrees"),
                                           testing::HasSubstr("another unit: world 9")));
   EXPECT_EQ(all.at("/oaslam/events")[1]["level"], 30);

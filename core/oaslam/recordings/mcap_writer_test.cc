@@ -102,7 +102,9 @@ TEST_F(McapWriting, HasAnIndex) {
     const auto length = in.Get<uint64_t>();
     ++kinds[kind];
     RecordBytes record(in.Take(length), "record");
-    if (kind == 11) EXPECT_EQ(record.Get<uint64_t>(), samples.size());
+    if (kind == 11) {
+      EXPECT_EQ(record.Get<uint64_t>(), samples.size());
+    }
     if (kind != 8) continue;
     const auto first = record.Get<uint64_t>(), last = record.Get<uint64_t>();
     RecordBytes chunk(file.subspan(record.Get<uint64_t>()), "chunk");
