@@ -17,14 +17,14 @@ std::optional<Rigid3> InverseOf(const std::optional<Rigid3>& pose) {
   return pose ? std::optional(pose->Inverse()) : std::nullopt;
 }
 
-// The images may also be the folder of a recording.
+// A file in the folder of a rosbag2 may become a part of that recording.
 void CheckIsNotRead(const std::string& path, const std::string& images) {
   namespace fs = std::filesystem;
   std::error_code error;
   const fs::path folder = fs::absolute(path, error).parent_path();
-  if (fs::equivalent(path, images, error) ||
-      (fs::equivalent(folder, images, error) && IsRecording(images)))
-    throw BadInput("--record {}: would replace {}, which is read", path, images);
+  const bool is_part = LowerExtension(path) == ".mcap" && fs::equivalent(folder, images, error);
+  if (fs::equivalent(path, images, error) || (is_part && IsRecording(images)))
+    throw BadInput("--record {}: would change {}, which is read", path, images);
 }
 
 // Boxes of the picture.

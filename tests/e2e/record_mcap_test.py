@@ -13,6 +13,7 @@ from harness import must_run, oaslam
 from model_readers import NODE_MODULES
 
 COUNT = 120
+ROBOTS = os.path.join(os.environ.get("OASLAM_DATA", "/nonexistent"), "..", "robots")
 HERE = os.path.dirname(os.path.abspath(__file__))
 TOPICS = {"/tf": "tf2_msgs/TFMessage", "/oaslam/pose": "geometry_msgs/PoseWithCovarianceStamped", "/oaslam/path": "nav_msgs/Path",
           "/oaslam/landmarks": "sensor_msgs/PointCloud2", "/oaslam/objects": "visualization_msgs/MarkerArray",
@@ -86,8 +87,12 @@ class TestRecordMcap(harness.InFolder):
             assert "/oaslam/pose: geometry_msgs/PoseWithCovarianceStamped, 20 messages" in out, out
 
     def test_it_is_an_input_too(self):
-        done = oaslam("run", "--images", self.file, "--out", self.path("again"), "--record", self.file)
-        assert done.code == 1 and "would replace" in done.err, done
+        if os.path.isdir(ROBOTS):
+            shutil.copytree(os.path.join(ROBOTS, "ros2", "sample"), self.path("bag"))
+        for images, path in ((self.file, self.file), (self.path("bag"), self.path("bag/new.mcap"))):
+            if os.path.exists(images):
+                done = oaslam("run", "--images", images, "--out", self.path("again"), "--record", path)
+                assert done.code == 1 and "would change" in done.err and not os.path.exists(self.path("bag/new.mcap")), done
         assert "120 messages" in must_run("info", self.file).out
 
     def test_a_run_that_is_killed(self):
