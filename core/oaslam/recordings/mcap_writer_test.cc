@@ -14,16 +14,16 @@ namespace oaslam {
 namespace {
 
 using McapWriting = FolderTest;
-constexpr int64_t kStart = 1'700'000'000'000'000'000;
+constexpr int64_t kFirstTime = 1'700'000'000'000'000'000;
 
 // Longer than a chunk together, so that there are several; messages that cannot be compressed.
-struct Sample {
+struct McapSample {
   std::string topic, type;
   int64_t time;
   ByteBuffer data;
 };
-std::vector<Sample> Samples() {
-  std::vector<Sample> samples;
+std::vector<McapSample> McapSamples() {
+  std::vector<McapSample> samples;
   uint32_t random = 1;
   for (int i = 0; i < 30; ++i) {
     const bool is_image = i % 3 == 0;
@@ -33,24 +33,26 @@ std::vector<Sample> Samples() {
     // Times are not in order.
     samples.push_back({is_image ? "/image" : "/path",
                        is_image ? "sensor_msgs/CompressedImage" : "nav_msgs/Path",
-                       kStart + (i % 2 == 0 ? i : -i), data});
+                       kFirstTime + (i % 2 == 0 ? i : -i), data});
   }
   return samples;
 }
 
-void Write(const std::vector<Sample>& samples, McapWriter& writer) {
+void Write(const std::vector<McapSample>& samples, McapWriter& writer) {
   const uint16_t image = writer.AddTopic("/image", "sensor_msgs/CompressedImage");
   writer.AddTopic("/empty", "tf2_msgs/TFMessage");
   const uint16_t path = writer.AddTopic("/path", "nav_msgs/Path");
-  for (const Sample& s : samples) writer.Write(s.topic == "/image" ? image : path, s.time, s.data);
+  for (const McapSample& s : samples)
+    writer.Write(s.topic == "/image" ? image : path, s.time, s.data);
 }
 
 // How many of the samples a file begins with.
-size_t CountOf(const std::string& path, const std::vector<Sample>& samples, std::string& problem) {
+size_t CountOf(const std::string& path, const std::vector<McapSample>& samples,
+               std::string& problem) {
   const auto reader = OpenRecording(path, [](const RecordedTopic&) { return kWholeMessage; });
   size_t count = 0;
   for (; const auto message = reader->Next(); ++count) {
-    const Sample& expected = samples.at(count);
+    const McapSample& expected = samples.at(count);
     EXPECT_EQ(message->topic->name, expected.topic);
     EXPECT_EQ(message->topic->type, expected.type);
     EXPECT_EQ(message->topic->encoding, MessageEncoding::kCdr);
@@ -62,7 +64,7 @@ size_t CountOf(const std::string& path, const std::vector<Sample>& samples, std:
 }
 
 TEST_F(McapWriting, IsReadBackAlsoUnfinished) {
-  const std::vector<Sample> samples = Samples();
+  const std::vector<McapSample> samples = McapSamples();
   const std::string path = folder / "a.mcap";
   std::string problem;
   {
@@ -79,7 +81,7 @@ TEST_F(McapWriting, IsReadBackAlsoUnfinished) {
 
 // The footer leads to the summary, and that to each chunk and to each message in it.
 TEST_F(McapWriting, HasAnIndex) {
-  const std::vector<Sample> samples = Samples();
+  const std::vector<McapSample> samples = McapSamples();
   McapWriter writer(folder / "a.mcap");
   Write(samples, writer);
   writer.Finish();
@@ -147,7 +149,8 @@ TEST_F(McapWriting, WhatCannotBeWrittenIsNamed) {
                      HasSubstr("no/a.mcap: cannot be written: No such"));
   EXPECT_INPUT_ERROR(McapWriter(folder.path()), HasSubstr("cannot be written"));
   McapWriter full("/dev/full");
-  EXPECT_INPUT_ERROR(Write(Samples(), full), HasSubstr("/dev/full: cannot be written: No space"));
+  EXPECT_INPUT_ERROR(Write(McapSamples(), full),
+                     HasSubstr("/dev/full: cannot be written: No space"));
   full.Finish();
 }
 
