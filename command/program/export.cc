@@ -51,9 +51,9 @@ void AddExportCommand(CLI::App& app) {
   const auto options = std::make_shared<ExportArguments>();
   command->add_option("--map", options->map, "map file")->required();
   AddSubmapOption(*command, options->submap);
-  command->add_option("--format", options->format, "ply, gltf, colmap, nerfstudio or tum")
+  command->add_option("--format", options->format, "ply, gltf, colmap, nerfstudio, tum or mcap")
       ->required()
-      ->check(CLI::IsMember({"ply", "gltf", "colmap", "nerfstudio", "tum"}));
+      ->check(CLI::IsMember({"ply", "gltf", "colmap", "nerfstudio", "tum", "mcap"}));
   command
       ->add_option("--out", options->out,
                    "file; a folder for colmap and nerfstudio. gltf: .gltf (text) or .glb (binary)")

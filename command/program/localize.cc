@@ -273,7 +273,7 @@ std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const cv::Ma
 void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
                     LocalizeResults& results) {
   const bool is_auto = IsAutoCamera(options.camera) && !options.side.recorded_camera;
-  Recording recording(options.recording);
+  Recording recording(options.recording, options.images);
   SideInputs side = SideInputsOf(options);
   const cv::Mat mask = MaskFor(options.mask, options.camera, options.images, options.common);
   FrameInputs::Sources sources =

@@ -369,7 +369,7 @@ void Run(const RunOptions& given) {
                                       ? OutputFolder(options.out)
                                       : FolderOfMapFile(options.map_out, "--map-out");
   MapOut map_out(options.map_out);
-  Recording recording(options.recording);
+  Recording recording(options.recording, options.images);
   const cv::Mat mask = MaskFor(options.mask, options.camera.camera, options.images, options.common);
   const std::optional<CameraEstimate> first_estimate = EstimateFor(options, config, mask);
   FrameInputs inputs(

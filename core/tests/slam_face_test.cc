@@ -459,6 +459,7 @@ TEST_F(SlamWithMap, MapsAreMergedAndExportedAsData) {
   EXPECT_TRUE(exported(MapFormat::kColmap, "colmap"));
   EXPECT_TRUE(std::filesystem::exists(Path("colmap/points3D.txt")));
   EXPECT_TRUE(exported(MapFormat::kNerfstudio, "nerf"));
+  EXPECT_TRUE(exported(MapFormat::kMcap, "a.mcap"));
   EXPECT_INPUT_ERROR(exported(MapFormat::kPly, "a.glb"), HasSubstr("a file .ply"));
   EXPECT_INPUT_ERROR(exported(static_cast<MapFormat>(77), "odd"), HasSubstr("format 77"));
   EXPECT_FALSE(std::filesystem::exists(Path("odd")));

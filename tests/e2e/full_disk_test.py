@@ -78,7 +78,7 @@ class TestFullDisk(harness.InFolder):
                 assert done.returncode != 0, command
                 assert "standard output: cannot be written" in done.stderr, (command, done.stderr)
 
-    @pytest.mark.parametrize("form,name", [("ply", "m.ply"), ("gltf", "m.glb"), ("gltf", "m.gltf"), ("tum", "m.txt")])
+    @pytest.mark.parametrize("form,name", [("ply", "m.ply"), ("gltf", "m.glb"), ("gltf", "m.gltf"), ("tum", "m.txt"), ("mcap", "m.mcap")])
     def test_exports(self, form, name):
         os.mkdir(self.out)
         os.symlink("/dev/full", os.path.join(self.out, name))

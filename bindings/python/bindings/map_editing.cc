@@ -30,7 +30,8 @@ void AddMapEditing(py::module_& m) {
                     .value("GLTF", MapFormat::kGltf)
                     .value("TUM", MapFormat::kTum)
                     .value("COLMAP", MapFormat::kColmap)
-                    .value("NERFSTUDIO", MapFormat::kNerfstudio);
+                    .value("NERFSTUDIO", MapFormat::kNerfstudio)
+                    .value("MCAP", MapFormat::kMcap);
   SayAsToString(format);
   m.def(
       "export_map",

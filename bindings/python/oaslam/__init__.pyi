@@ -343,6 +343,7 @@ class MapFormat:
     TUM: ClassVar[MapFormat]
     COLMAP: ClassVar[MapFormat]
     NERFSTUDIO: ClassVar[MapFormat]
+    MCAP: ClassVar[MapFormat]
     __members__: ClassVar[Mapping[str, Any]]
     def __init__(self, value: int) -> None: ...
     def __int__(self) -> int: ...

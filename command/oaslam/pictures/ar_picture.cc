@@ -184,4 +184,16 @@ void DrawArPicture(const ArFrame& frame, const ClassNames& names, cv::Mat& pictu
   DrawStatus(frame, picture);
 }
 
+void DrawBoxes(const std::vector<Detection>& detections, cv::Mat& picture) {
+  constexpr double kPixelOfEdge = -0.5;  // a box is an area, and pixels are its centres
+  const Eigen::Vector2d shift = Eigen::Vector2d::Constant(kPixelOfEdge);
+  for (const Detection& detection : detections) {
+    const Box& box = detection.box;
+    if (!(std::max({-box.x1, -box.y1, box.x2, box.y2}) < kMaxPixels)) continue;
+    cv::rectangle(picture, FinePoint(Eigen::Vector2d(box.x1, box.y1) + shift),
+                  FinePoint(Eigen::Vector2d(box.x2, box.y2) + shift),
+                  ColorOf(detection.category_id), Thickness(ScaleOf(picture)), cv::LINE_AA, kShift);
+  }
+}
+
 }  // namespace oaslam

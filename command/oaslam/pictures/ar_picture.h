@@ -3,11 +3,13 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "oaslam/camera.h"
 #include "oaslam/class_names.h"
 #include "oaslam/map/map.h"
 #include "oaslam/rigid3.h"
+#include "oaslam/types.h"
 
 namespace oaslam {
 
@@ -26,5 +28,7 @@ struct ArFrame {
 // blue), as long as its content, with its name; and a line with the state, the objects seen and the
 // confidence. Of names that would cover each other, that of the nearest thing is drawn.
 void DrawArPicture(const ArFrame& frame, const ClassNames& names, cv::Mat& picture);
+// Draws the boxes, in pixels of the picture, each in the colour of its class.
+void DrawBoxes(const std::vector<Detection>& detections, cv::Mat& picture);
 
 }  // namespace oaslam

@@ -11,9 +11,10 @@ namespace oaslam {
 // Formats of other tools; docs/export.md has an example of each, with its frame of reference and
 // its pixel coordinates. kPly: a cloud of coloured points; kGltf: ellipsoids, landmarks, camera
 // path (.gltf as text, .glb in binary); kTum: the trajectory, or the poses of the keyframes where
-// the map has no trajectory; kColmap, kNerfstudio: a folder with cameras, poses and points.
-enum class MapFormat { kPly, kGltf, kTum, kColmap, kNerfstudio };
-// "ply", "gltf", "tum", "colmap", "nerfstudio".
+// the map has no trajectory; kColmap, kNerfstudio: a folder with cameras, poses and points; kMcap:
+// a recording of ROS 2 (docs/robots.md).
+enum class MapFormat { kPly, kGltf, kTum, kColmap, kNerfstudio, kMcap };
+// "ply", "gltf", "tum", "colmap", "nerfstudio", "mcap".
 OASLAM_API const char* ToString(MapFormat format);
 
 // What a format may contain besides.

@@ -509,7 +509,8 @@ typedef enum {
   OASLAM_GLTF = 1,
   OASLAM_TUM = 2,
   OASLAM_COLMAP = 3,
-  OASLAM_NERFSTUDIO = 4
+  OASLAM_NERFSTUDIO = 4,
+  OASLAM_MCAP = 5
 } oaslam_map_format;
 OASLAM_API oaslam_status oaslam_map_export(const oaslam_map* map, oaslam_map_format format,
                                            const char* path);

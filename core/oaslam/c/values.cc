@@ -14,7 +14,7 @@ static_assert(OASLAM_LOST == static_cast<int>(TrackingState::kLost));
 static_assert(OASLAM_FROM_REGISTRATION == static_cast<int>(PoseSource::kRegistration));
 static_assert(OASLAM_FOUND_BY_BOTH == static_cast<int>(PoseEvidence::kPointsAndObjects));
 static_assert(OASLAM_USE_BOTH == static_cast<int>(RelocalizationMode::kPointsAndObjects));
-static_assert(OASLAM_NERFSTUDIO == static_cast<int>(MapFormat::kNerfstudio));
+static_assert(OASLAM_MCAP == static_cast<int>(MapFormat::kMcap));
 static_assert(OASLAM_LOG_WARNING == static_cast<int>(LogLevel::kWarning));
 static_assert(OASLAM_MAP_IS_METRIC == static_cast<int>(SlamEventKind::kMetric));
 static_assert(OASLAM_ANCHOR_REMOVED == static_cast<int>(SlamEventKind::kAnchorRemoved));

@@ -17,7 +17,8 @@ constexpr Named<MapFormat> kFormats[] = {{MapFormat::kPly, "ply"},
                                          {MapFormat::kGltf, "gltf"},
                                          {MapFormat::kTum, "tum"},
                                          {MapFormat::kColmap, "colmap"},
-                                         {MapFormat::kNerfstudio, "nerfstudio"}};
+                                         {MapFormat::kNerfstudio, "nerfstudio"},
+                                         {MapFormat::kMcap, "mcap"}};
 
 void CheckExtension(MapFormat format, const std::string& path) {
   const std::string extension = std::filesystem::path(path).extension().string();
@@ -25,6 +26,8 @@ void CheckExtension(MapFormat format, const std::string& path) {
     throw InputError(path + ": glTF is a file .gltf (text) or .glb (binary)");
   if (format == MapFormat::kPly && extension != ".ply")
     throw InputError(path + ": PLY is a file .ply");
+  if (format == MapFormat::kMcap && extension != ".mcap")
+    throw InputError(path + ": MCAP is a file .mcap");
 }
 
 void MakeFolder(const std::string& path) {
@@ -59,6 +62,7 @@ void ExportMap(const SavedMap& saved, MapFormat format, const std::string& path,
   CheckExtension(format, path);
   if (format == MapFormat::kPly) return ExportPly(path, saved, options.with_ellipsoids);
   if (format == MapFormat::kGltf) return ExportGltf(path, saved);
+  if (format == MapFormat::kMcap) return ExportMcap(path, saved);
   if (!IsFolder(saved, format, path)) return ExportTum(path, saved);
   const size_t recordings = std::max<size_t>(1, saved.recordings.size());
   if (!options.images.empty() && options.images.size() != recordings)

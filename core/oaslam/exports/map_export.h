@@ -36,6 +36,10 @@ void ExportTum(const std::string& path, const SavedMap& saved);
 // Writes the same poses, one file for each recording (FileNameOf, .txt).
 void ExportTumFiles(const std::string& folder, const SavedMap& saved);
 
+// The map as messages of ROS 2 (docs/robots.md): landmarks, objects, and of each recording its path
+// and the transforms of its camera.
+void ExportMcap(const std::string& path, const SavedMap& saved);
+
 struct KeyframeImage {
   std::string name;  // as in image databases: relative to the folder of the images
   std::string path;  // path of the file, relative to the exported folder

@@ -17,6 +17,20 @@ std::unique_ptr<RecordingReader> OpenMcap(const RecordingFile& file, BytesWanted
 std::unique_ptr<RecordingReader> OpenRosBag(const RecordingFile& file, BytesWanted wanted);
 std::unique_ptr<RecordingReader> OpenRosbagDatabase(const RecordingFile& file, BytesWanted wanted);
 
+// The kinds of records in MCAP, https://mcap.dev/spec. Others are not of use here.
+enum class McapRecord : uint8_t {
+  kHeader = 0x01,
+  kFooter = 0x02,
+  kSchema = 0x03,
+  kChannel = 0x04,
+  kMessage = 0x05,
+  kChunk = 0x06,
+  kMessageIndex = 0x07,
+  kChunkIndex = 0x08,
+  kStatistics = 0x0b,
+  kDataEnd = 0x0f
+};
+
 inline constexpr std::string_view kMcapMagic("\x89MCAP0\r\n", 8), kBagMagic("#ROSBAG V2.0\n"),
     kSqliteMagic("SQLite format 3");
 

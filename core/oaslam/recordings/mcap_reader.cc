@@ -10,16 +10,6 @@
 namespace oaslam {
 namespace {
 
-// https://mcap.dev/spec
-enum McapRecord : uint8_t {
-  kFooter = 0x02,
-  kSchema = 0x03,
-  kChannel = 0x04,
-  kMessage = 0x05,
-  kChunk = 0x06,
-  kDataEnd = 0x0f
-};
-
 struct McapChannel {
   RecordedTopic topic;
   size_t wanted = 0;  // bytes
@@ -39,18 +29,19 @@ class McapReader : public RecordingReader {
       nest_.Leave();
       if (nest_.IsAtEnd(kHead)) return End();
       RecordBytes& in = nest_.in();
-      const auto kind = in.Get<uint8_t>();
+      const auto kind = in.Get<McapRecord>();
       const auto length = in.Get<uint64_t>();
-      if (!nest_.HasAll(length) && kind != kChunk) return End();
-      if (!nest_.is_in_chunk() && (kind == kDataEnd || kind == kFooter)) return std::nullopt;
+      if (!nest_.HasAll(length) && kind != McapRecord::kChunk) return End();
+      if (!nest_.is_in_chunk() && (kind == McapRecord::kDataEnd || kind == McapRecord::kFooter))
+        return std::nullopt;
       nest_.Enter(length);
-      if (kind == kSchema)
+      if (kind == McapRecord::kSchema)
         ReadSchema(in);
-      else if (kind == kChannel)
+      else if (kind == McapRecord::kChannel)
         ReadChannel(in);
-      else if (kind == kMessage)
+      else if (kind == McapRecord::kMessage)
         return ReadMessage(in);
-      else if (kind == kChunk)
+      else if (kind == McapRecord::kChunk)
         ReadChunk(in);
     }
   }

@@ -1,0 +1,103 @@
+#include "oaslam/exports/result_recording.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "oaslam/storage/map_file.h"
+
+namespace oaslam {
+namespace {
+
+// About how long the messages of a map are.
+double BytesOf(const Map& map) {
+  constexpr double kKeyframe = 80, kLandmark = 12, kObject = 1000;
+  return kKeyframe * static_cast<double>(map.keyframes.size()) +
+         kLandmark * static_cast<double>(map.landmarks.size()) + kObject * map.CountMappedObjects();
+}
+
+}  // namespace
+
+ResultRecording::ResultRecording(const std::string& path)
+    : topics_(path), path_(topics_.AddPathTopic("/oaslam/path")) {}
+
+void ResultRecording::Add(const RecordedResult& result, const ClassNames& names) {
+  AddEvents(result);
+  if (result.map) AddMap(result, names);
+  if (result.world_from_cam) {
+    topics_.AddTransform(result.timestamp, kCameraFrame, *result.world_from_cam);
+    topics_.AddPose(result.timestamp, *result.world_from_cam, result.covariance);
+  }
+  topics_.AddPicture(result.timestamp, result.picture, result.camera);
+  topics_.AddDetections(result.timestamp, result.detections, names);
+}
+
+void ResultRecording::AddEvents(const RecordedResult& result) {
+  const double time = result.timestamp;
+  if (result.state != state_) topics_.AddEvent(time, result.is_lost, result.state);
+  state_ = result.state;
+  // While the camera is lost, a pose elsewhere is one in a submap that grows.
+  for (const WorldId world : result.elsewhere) {
+    if (joined_.contains(world)) continue;
+    if (result.is_lost) {
+      if (growing_.insert(world).second)
+        topics_.AddEvent(time, false, fmt::format("a submap grows: world {}", ToString(world)));
+    } else {
+      joined_.insert(world);
+      is_map_urgent_ = true;
+      topics_.AddEvent(time, false,
+                       fmt::format("world {} was joined with the map", ToString(world)));
+    }
+  }
+  const int loops = result.map ? result.map->loops_closed : 0;
+  if (loops > loops_ && result.world == world_) {
+    is_map_urgent_ = true;
+    topics_.AddEvent(time, false, fmt::format("a loop was closed, number {} of this map", loops));
+  }
+  loops_ = loops;
+}
+
+void ResultRecording::AddMap(const RecordedResult& result, const ClassNames& names) {
+  constexpr double kInterval = 1, kBytesPerSecond = 1e6;
+  const Map& map = *result.map;
+  const bool is_new_world = result.world != world_ || !version_;
+  const bool is_due = is_new_world || is_map_urgent_ ||
+                      (map.version != version_ && !(result.timestamp < next_map_s_));
+  if (!is_due) return;
+  if (is_new_world && version_)
+    topics_.AddEvent(result.timestamp, true,
+                     fmt::format("the map is another one, or has another unit: world {}",
+                                 ToString(result.world)));
+  Level(result, is_new_world);
+  topics_.AddPath(result.timestamp, path_, KeyframePoses(map));
+  topics_.AddMap(result.timestamp, map, names);
+  world_ = result.world;
+  version_ = map.version;
+  is_map_urgent_ = false;
+  next_map_s_ = result.timestamp + std::max(kInterval, BytesOf(map) / kBytesPerSecond);
+}
+
+void ResultRecording::Level(const RecordedResult& result, bool is_new_world) {
+  constexpr double kTolerance = std::numbers::pi / 180;  // rad; less is not seen
+  const Rigid3::Rotation found = RosFromWorld(*result.map);
+  if (is_new_world) {
+    map_from_world_ = found;
+  } else {
+    // Where "forward" is stays as it was.
+    const Eigen::Vector3d up = map_from_world_ * (found.conjugate() * Eigen::Vector3d::UnitZ());
+    const double angle = std::acos(std::clamp(up.z(), -1.0, 1.0));
+    if (angle < kTolerance) return;
+    map_from_world_ =
+        (Rigid3::Rotation::FromTwoVectors(up, Eigen::Vector3d::UnitZ()) * map_from_world_)
+            .normalized();
+    topics_.AddEvent(
+        result.timestamp, false,
+        fmt::format("the map was turned by {:.1f} degrees: its vertical is known better",
+                    angle * 180 / std::numbers::pi));
+  }
+  topics_.SetMapFromWorld(map_from_world_);
+}
+
+}  // namespace oaslam
