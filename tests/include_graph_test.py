@@ -145,7 +145,7 @@ def names_defined_together(cmake, files):
     for path, text in files.items():
         if path.endswith(".cc") and not path.endswith("_test.cc") and path.removesuffix(".cc") not in alone:
             lines = re.findall(r"^(?:constexpr|const|struct|class|enum) .*", text, re.M)
-            names = {name for line in lines for name in re.findall(r"\b(k[A-Z]\w*)(?: =|\[|\{)|^(?:struct|(?:enum )?class) (\w+)[^;(]*\{", line) for name in name if name}
+            names = {name for line in lines for name in re.findall(r"\b(k[A-Z]\w*)(?: =|\[|\{)|^(?:struct|(?:enum )?class) (?:OASLAM_\w+ )?(\w+)[^;(]*\{", line) for name in name if name}
             for name in names:
                 homes.setdefault((path.split("/")[0], name), []).append(path)
     return {name: paths for name, paths in homes.items() if len(paths) > 1}

@@ -156,7 +156,8 @@ bool DepthCost::Evaluate(const double* const* parameters, double* residuals,
   const int point = fixed_ ? 0 : 1;
   const Eigen::Quaterniond q =
       fixed_ ? Eigen::Quaterniond(fixed_->rotation) : Eigen::Quaterniond(Rotation(parameters[0]));
-  const Eigen::Vector3d translation = fixed_ ? fixed_->translation : Eigen::Vector3d(Translation(parameters[0]));
+  const Eigen::Vector3d translation =
+      fixed_ ? fixed_->translation : Eigen::Vector3d(Translation(parameters[0]));
   const Eigen::Map<const Eigen::Vector3d> x(parameters[point]);
   const Eigen::Vector3d v = q.vec(), cross = 2 * v.cross(x);
   const Eigen::Vector3d p = x + q.w() * cross + v.cross(cross) + translation;
