@@ -69,7 +69,21 @@ void TakeImu(const RecordingSummary& summary, const TopicSummary& images, const 
   }
   ImuTable table;
   table.gyroscope = topics.gyroscope->gyroscope;
-  if (topics.accelerometer) table.accelerometer = topics.accelerometer->accelerometer;
+  if (topics.accelerometer) {
+    // A sensor of its own may lie otherwise.
+    const auto along = summary.Between(topics.gyroscope->frame, topics.accelerometer->frame);
+    if (along || topics.accelerometer->frame == topics.gyroscope->frame) {
+      table.accelerometer = topics.accelerometer->accelerometer;
+      if (along)
+        for (Eigen::Vector3d& value : table.accelerometer.values) value = along->rotation * value;
+    } else {
+      spdlog::warn(
+          "{}: {}: accelerations left out, since /tf_static does not tell how their frame \"{}\" "
+          "lies to the gyroscope's \"{}\"",
+          summary.path, topics.accelerometer->topic.name, topics.accelerometer->frame,
+          topics.gyroscope->frame);
+    }
+  }
   const std::string place = summary.path + ": " + name;
   try {
     side.recorded_imu = MendImu(std::move(table), {place, place});
@@ -240,8 +254,11 @@ Taken Take(const RecordingSummary& summary, const CommonOptions& common,
       spdlog::warn("{}: {} (it and later messages of this topic are left out)", topic.topic.name,
                    topic.problem);
   if (into.camera->empty()) TakeCamera(summary, images, *into.side, taken);
-  TakeImu(summary, images, *into.camera, *into.side, taken);
-  TakeDepths(summary, images, *into.side, taken);
+  const bool is_timed = !common.fps;  // else the times of the images are others
+  if (is_timed || !into.side->imu.empty())
+    TakeImu(summary, images, *into.camera, *into.side, taken);
+  if (is_timed || !into.side->depth.empty()) TakeDepths(summary, images, *into.side, taken);
+  if (!is_timed) taken.push_back("no IMU and no depths unless asked for, because of --fps");
   TakeDetections(summary, images, common, into, taken);
   return taken;
 }

@@ -150,6 +150,11 @@ class BundleProblem {
     return place != ids.end() && *place == id ? static_cast<int>(place - ids.begin()) : -1;
   }
 
+  // A unit that something else tells differs from that of the depth camera by its error.
+  bool UsesDepths() const {
+    return map_.unit_evidence && map_.unit_evidence->source == UnitSource::kDepth;
+  }
+
   // Takes only landmarks that at least two of the selected keyframes observe; others could slide
   // along their rays.
   void CollectObservations() {
@@ -165,7 +170,7 @@ class BundleProblem {
         observations_.push_back(
             {o.keyframe, static_cast<int>(points_.size()), pose, &by, keypoint.px.cast<double>(),
              static_cast<double>(by.features->pyramid.scale[keypoint.octave]),
-             map_.is_metric && !by.depths.empty() ? by.depths[o.keypoint] : MeasuredDepth{}});
+             UsesDepths() && !by.depths.empty() ? by.depths[o.keypoint] : MeasuredDepth{}});
       }
       if (observations_.size() - before < 2) {
         observations_.resize(before);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "oaslam/exports/map_export.h"
 #include "oaslam/exports/map_scene.h"

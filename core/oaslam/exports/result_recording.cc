@@ -39,6 +39,7 @@ void ResultRecording::AddEvents(const RecordedResult& result) {
   if (result.state != state_) topics_.AddEvent(time, result.is_lost, result.state);
   state_ = result.state;
   // While the camera is lost, a pose elsewhere is one in a submap that grows.
+  const size_t joined_before = joined_.size();
   for (const WorldId world : result.elsewhere) {
     if (joined_.contains(world)) continue;
     if (result.is_lost) {
@@ -52,7 +53,8 @@ void ResultRecording::AddEvents(const RecordedResult& result) {
     }
   }
   const int loops = result.map ? result.map->loops_closed : 0;
-  if (loops > loops_ && result.world == world_) {
+  // What is joined adds to the number of loops.
+  if (loops > loops_ && result.world == world_ && joined_.size() == joined_before) {
     is_map_urgent_ = true;
     topics_.AddEvent(time, false, fmt::format("a loop was closed, number {} of this map", loops));
   }

@@ -209,7 +209,14 @@ std::optional<DepthImage> DepthSource::Described(cv::Mat image) const {
 std::optional<DepthImage> DepthSource::FindRecorded(const std::string& image) {
   const auto time = times_.find(image);
   cv::Mat found = time == times_.end() ? cv::Mat() : recorded_->Near(time->second);
-  return found.empty() ? std::nullopt : Described(std::move(found));
+  if (found.empty()) return std::nullopt;
+  std::optional<DepthImage> depth = Described(std::move(found));
+  if (!depth && !std::exchange(has_warned_, true))
+    Log(LogLevel::kWarning,
+        "{}: {}: a depth of another size or type than the first one or its CameraInfo, left out, "
+        "as are others alike",
+        files_.path, files_.topic);
+  return depth;
 }
 
 std::optional<DepthImage> DepthSource::Find(const std::string& image) {

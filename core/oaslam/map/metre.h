@@ -6,9 +6,10 @@
 
 namespace oaslam {
 
-// The length of the map's unit in metres by the motions between its keyframes whose lengths a
-// sensor tells (KeyframeMotion::metres), whatever loops have scaled since. Errors of these lengths
-// and of the map's count alike. Nothing where there is no such motion.
+// The length of the map's unit in metres, whatever loops have scaled since: the root mean square of
+// the lengths that a sensor tells of the motions between keyframes (KeyframeMotion::metres) over
+// that of the same motions in the map. Only motions that are much longer than their error count;
+// nothing where these are few.
 std::optional<double> MetresPerUnitByMotions(const Map& map);
 
 }  // namespace oaslam

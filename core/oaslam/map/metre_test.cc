@@ -20,31 +20,38 @@ Map Line(double step, int count) {
 void Measure(uint32_t id, double metres, double relative_sigma, Map& map) {
   KeyframeMotion motion;
   motion.from = KeyframeId(id - 1);
+  motion.cam_from_cam.translation.z() = -1;
+  motion.sigma_position = 0.02;
   motion.metres = metres;
   motion.relative_sigma = relative_sigma;
   map.keyframes.MutableAt(KeyframeId(id)).motion = motion;
 }
 
 TEST(MetresPerUnitByMotions, IsThatOfTheMapAsItIsNow) {
-  Map map = Line(0.5, 4);
-  EXPECT_FALSE(MetresPerUnitByMotions(map));
-  for (uint32_t id = 1; id < 4; ++id) Measure(id, 1, 0.01, map);
+  Map map = Line(0.5, 12);
+  for (uint32_t id = 1; id < 10; ++id) Measure(id, 1, 0.01, map);
+  EXPECT_FALSE(MetresPerUnitByMotions(map)) << "few motions";
+  for (uint32_t id = 10; id < 12; ++id) Measure(id, 1, 0.01, map);
   EXPECT_NEAR(MetresPerUnitByMotions(map).value(), 2, 1e-9);
   map.Scale(4);  // as a loop does
   EXPECT_NEAR(MetresPerUnitByMotions(map).value(), 0.5, 1e-9);
 }
 
 TEST(MetresPerUnitByMotions, WhatIsKnownBetterCountsMore) {
-  Map map = Line(1, 3);
-  Measure(1, 1, 0.06, map);
-  Measure(2, 1.05, 0.006, map);
+  Map map = Line(1, 13);
+  for (uint32_t id = 1; id < 13; ++id)
+    Measure(id, id % 2 == 0 ? 1 : 1.05, id % 2 == 0 ? 0.06 : 0.006, map);
   EXPECT_NEAR(MetresPerUnitByMotions(map).value(), 1.05, 0.001);
 }
 
-TEST(MetresPerUnitByMotions, NeedsAMotion) {
-  Map map = Line(0, 2);
-  Measure(1, 1, 0.01, map);
-  EXPECT_FALSE(MetresPerUnitByMotions(map)) << "the camera stood";
+// A camera that stands moves by the error of its poses.
+TEST(MetresPerUnitByMotions, TheErrorOfPosesIsNoMotion) {
+  Map map = Line(0.001, 12);
+  for (uint32_t id = 1; id < 12; ++id) {
+    Measure(id, 0.002, 0.01, map);
+    map.keyframes.MutableAt(KeyframeId(id)).motion->cam_from_cam.translation.z() = -0.002;
+  }
+  EXPECT_FALSE(MetresPerUnitByMotions(map));
 }
 
 }  // namespace

@@ -16,7 +16,8 @@ namespace oaslam {
 
 struct InitialPoint {
   int first_keypoint = 0, second_keypoint = 0;
-  // In the first camera's frame, for a baseline of 1.
+  // In the first camera's frame, for a baseline of 1 (InitialMap::is_measured: in the unit of the
+  // map).
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
 };
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <ranges>
 
 #include "oaslam/util/log.h"
 
@@ -158,7 +159,8 @@ std::optional<Rigid3> RecordingSummary::Between(const std::string& to,
     const auto add = [&](const std::string& next, const Rigid3& frame_from_next) {
       if (to_from.emplace(next, to_from.at(frame) * frame_from_next).second) left.push_back(next);
     };
-    for (const RosTransform& transform : transforms) {
+    // A later one takes the place of an earlier one.
+    for (const RosTransform& transform : transforms | std::views::reverse) {
       if (transform.parent == frame) add(transform.child, transform.parent_from_child);
       if (transform.child == frame) add(transform.parent, transform.parent_from_child.Inverse());
     }

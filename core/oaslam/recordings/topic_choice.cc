@@ -25,7 +25,8 @@ bool HasImages(const TopicSummary& topic) {
 }
 
 bool IsColorOrGrey(const TopicSummary& topic) {
-  return HasImages(topic) && !IsDepth(topic) &&
+  const auto begins_with = [&](std::string_view text) { return topic.format.starts_with(text); };
+  return HasImages(topic) && !IsDepth(topic) && !begins_with("16UC1") && !begins_with("32FC1") &&
          topic.format.find("compressedDepth") == std::string::npos;
 }
 
