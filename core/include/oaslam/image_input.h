@@ -46,11 +46,12 @@ struct ImageInput {
   // From an IMU, instead of angular_velocity, and with the same rules; gravity is measured, too.
   // The accelerations tell the length of a metre (Slam::Imu), as soon as the camera's motion
   // determines it: the map is in metres from then on, with the standard deviation
-  // MapSnapshot::unit_sigma. They carry the camera over images that show nothing.
+  // MapSnapshot::unit_sigma. The IMU tracks the camera while images show nothing.
   std::vector<ImuSample> imu{};
   // From a depth camera at the same time. The camera's motion is in metres from the first image
   // with depths on; depths that contradict the images are not used any more, with a warning. Throws
-  // InputError for a depth of another type, shape or size than it says. Only Slam::Process uses it.
+  // InputError for a type, shape or size that DepthImage does not allow. Only Slam::Process uses
+  // it.
   std::optional<DepthImage> depth{};
   // The camera's motion by another odometry. Slam's own odometry then does not run on this image,
   // so that images may be a second apart. Only Slam::Process uses it. Throws InputError for poses

@@ -11,10 +11,10 @@
 namespace oaslam {
 
 // The source of a pose. kMap: landmarks of the map that were matched in the image; kMotion: dead
-// reckoning from a pose that the map gave up to some tenths of a second before, or longer ago while
-// the state is kOdometry, or before there is a map (kPreliminary); kObjects: mapped objects in the
-// image; kRegistration: the camera's motion, placed by several images around it that were found by
-// objects or points; kNone: there is no pose.
+// reckoning from the newest pose by the map, which is more than some tenths of a second old only in
+// the state kOdometry, or, before there is a map, in the state kPreliminary; kObjects: mapped
+// objects in the image; kRegistration: the camera's motion, placed by several images around it that
+// were found by objects or points; kNone: there is no pose.
 enum class PoseSource { kNone, kMap, kMotion, kObjects, kRegistration };
 
 // "none", "map", "motion", "objects", "registration".
@@ -96,8 +96,8 @@ struct TrackingResult {
   // Median depth of what supports the pose, map units: of landmarks, of the objects in the image,
   // or of the points that the odometry follows; 0 where none is known.
   double depth = 0;
-  // The length of the odometry's unit in map units: of ImageInput::motion where it was given, else
-  // of Slam's own. Nothing as long as it is not known.
+  // The length of the odometry's unit in map units; the odometry is ImageInput::motion where that
+  // was given, else Slam's own. Nothing as long as the length is not known.
   std::optional<double> motion_unit;
 
   // Number of key points of the image; 0 where the pose is by dead reckoning and none were

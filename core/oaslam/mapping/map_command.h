@@ -46,8 +46,8 @@ struct KeyframeInsertion {
   // Motions to this keyframe and to earlier ones, by the odometry's present estimates.
   std::vector<std::pair<KeyframeId, KeyframeMotion>> motions{};
   int loops_closed = 0;  // Map::loops_closed of the map in whose unit the motions are
-  // If it is valid: the keyframes after this one were given a wrong motion, which the odometry has
-  // corrected since.
+  // If it is valid: the last keyframe with a right motion. The odometry has corrected the motions
+  // of the keyframes after that.
   KeyframeId right_until{};
 };
 

@@ -11,7 +11,7 @@
 
 namespace oaslam {
 
-// What has happened between two states of a Slam that the states do not tell.
+// The changes between two states of a Slam that a comparison of the states does not show.
 struct ChangesBetweenStates {
   std::vector<WorldId> begun{}, joined{};  // submaps, by their worlds
   std::string edited_anchor{};
