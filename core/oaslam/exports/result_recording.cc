@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "oaslam/geometry/decompositions.h"
 #include "oaslam/storage/map_file.h"
 
 namespace oaslam {
@@ -38,8 +39,8 @@ void ResultRecording::AddEvents(const RecordedResult& result) {
   const double time = result.timestamp;
   if (result.state != state_) topics_.AddEvent(time, result.is_lost, result.state);
   state_ = result.state;
-  // While the camera is lost, a pose elsewhere is one in a submap that grows.
   const size_t joined_before = joined_.size();
+  // While the camera is lost, a pose elsewhere is one in a submap that grows.
   for (const WorldId world : result.elsewhere) {
     if (joined_.contains(world)) continue;
     if (result.is_lost) {
@@ -92,7 +93,7 @@ void ResultRecording::Level(const RecordedResult& result, bool is_new_world) {
     const double angle = std::acos(std::clamp(up.z(), -1.0, 1.0));
     if (angle < kTolerance) return;
     map_from_world_ =
-        (Rigid3::Rotation::FromTwoVectors(up, Eigen::Vector3d::UnitZ()) * map_from_world_)
+        (Rigid3::Rotation(TurnBetween(up, Eigen::Vector3d::UnitZ())) * map_from_world_)
             .normalized();
     topics_.AddEvent(
         result.timestamp, false,

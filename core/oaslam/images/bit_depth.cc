@@ -7,6 +7,7 @@
 #include "oaslam/error.h"
 #include "oaslam/images/heif_file.h"
 #include "oaslam/images/image_files.h"
+#include "oaslam/images/quiet_opencv.h"
 #include "oaslam/images/sensor_data.h"
 #include "oaslam/util/log.h"
 
@@ -15,18 +16,18 @@ namespace {
 
 constexpr int kAllBits = 16;
 
-// As it is in the file; empty where OpenCV cannot read it.
+}  // namespace
+
 cv::Mat ReadUnchanged(const std::string& path) {
   const std::vector<char> bytes = BytesOf(path);
   if (bytes.empty() || IsHeif(bytes)) return {};  // which is decoded to 8 bits
+  const QuietOpenCv quiet;
   try {
     return cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
   } catch (const cv::Exception&) {
     return {};
   }
 }
-
-}  // namespace
 
 int UsedBits(const cv::Mat& image) {
   double most = 0;

@@ -6,6 +6,9 @@
 
 namespace oaslam {
 
+// An image file with its own number of bits and channels; empty where OpenCV cannot read it.
+cv::Mat ReadUnchanged(const std::string& path);
+
 // How many of the 16 bits of an image are used, 8 to 16: cameras write 10 to 14 bits of data
 // into 16.
 int UsedBits(const cv::Mat& image);

@@ -4,15 +4,14 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <utility>
 
 #include "oaslam/camera_file.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/time_unit.h"
 #include "oaslam/formats/yaml.h"
+#include "oaslam/images/bit_depth.h"
 #include "oaslam/images/image_files.h"
-#include "oaslam/images/quiet_opencv.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/trim.h"
@@ -111,15 +110,6 @@ FileOf MatchOrder(const std::vector<DepthFile>& files, const std::vector<ListedI
   return found;
 }
 
-cv::Mat ReadStored(const std::string& path) {
-  const QuietOpenCv quiet;
-  try {
-    return cv::imread(path, cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception&) {
-    return {};
-  }
-}
-
 }  // namespace
 
 DepthFiles LoadDepthFiles(const std::string& path) {
@@ -158,7 +148,7 @@ DepthFiles LoadDepthFiles(const std::string& folder, double unit) {
 
 void SetDepthCamera(const std::string& path, DepthFiles& files) {
   const cv::Size size =
-      files.topic.empty() ? ReadStored(files.files.front().path).size() : cv::Size();
+      files.topic.empty() ? ReadUnchanged(files.files.front().path).size() : cv::Size();
   files.camera = LoadCamera(path, size);
   if (path.starts_with("fov:")) return;
   const std::string text = ReadTextFile(path);
@@ -187,7 +177,7 @@ DepthSource::DepthSource(DepthFiles files, const std::vector<ListedImage>& image
         "the names, or count; the first is {}",
         files_.path, files_.files.size(), images.size(), Quoted(files_.files.front().path));
   const std::string& first = files_.files[file_of_.begin()->second].path;
-  const cv::Mat image = ReadStored(first);
+  const cv::Mat image = ReadUnchanged(first);
   if (image.empty()) throw BadInput("{}: cannot be read as a depth image", first);
   if (image.type() != CV_16UC1 && image.type() != CV_32FC1)
     throw BadInput("{}: {} bits and {} channels, expected a depth image: one channel of 16 bits",
@@ -224,7 +214,7 @@ std::optional<DepthImage> DepthSource::Find(const std::string& image) {
   const auto found = file_of_.find(image);
   if (found == file_of_.end()) return std::nullopt;
   const std::string& path = files_.files[found->second].path;
-  std::optional<DepthImage> depth = Described(ReadStored(path));
+  std::optional<DepthImage> depth = Described(ReadUnchanged(path));
   if (!depth) {
     if (!std::exchange(has_warned_, true))
       Log(LogLevel::kWarning, "{}: no depth image as the first one, left out, as are others alike",
@@ -232,7 +222,7 @@ std::optional<DepthImage> DepthSource::Find(const std::string& image) {
     return std::nullopt;
   }
   if (files_.confidence.empty()) return depth;
-  const cv::Mat trust = ReadStored((fs::path(files_.confidence) / BaseName(path)).string());
+  const cv::Mat trust = ReadUnchanged((fs::path(files_.confidence) / BaseName(path)).string());
   if (trust.type() == CV_8UC1 && trust.size() == depth->image.size())
     depth->image.setTo(0, trust == 0);
   return depth;
