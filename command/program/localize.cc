@@ -385,14 +385,11 @@ void Localize(const LocalizeOptions& given) {
   const SlamConfig config = LoadConfiguration(options.common);
   TakeDataset(options.images, options.common,
               {&options.camera, options.every_frame ? nullptr : &options.side, nullptr,
-               options.every_frame ? nullptr : options.side.DepthOfDataset()});
+               options.side.DepthOfDataset()});
   TakeRecording(
       options.images, options.common,
       {&options.camera, &options.side, given.detector.model.empty() ? &options.detector : nullptr});
-  if (options.every_frame) {
-    options.side.recorded_imu.reset();
-    options.side.depth_of_dataset.reset();
-  }
+  if (options.every_frame) options.side.recorded_imu.reset();
   const SavedMap saved = LoadSubmap(options.map, options.submap);
   const OutputFolder folder(options.out);
   LocalizeResults results(options.out);
@@ -449,7 +446,7 @@ void AddLocalizeCommand(CLI::App& app) {
                       "direction of gravity in the camera's frame: \"timestamp gx gy gz\" a line");
   AddMaskOption(*command, options->mask);
   AddImuOption(*command, options->side)->excludes(every_frame);
-  AddDepthOptions(*command, options->side)->excludes(every_frame);
+  AddDepthOptions(*command, options->side);
   AddRecordingOptions(*command, options->recording);
   AddCommonOptions(*command, options->common);
   AddImageOptions(*command, options->common);

@@ -30,12 +30,11 @@ std::string WithImageDocs(const char* text, bool in_sequence) {
          (in_sequence ? line("angular_velocity", doc::ImageInput_angular_velocity) +
                             line("imu", (std::string(doc::ImageInput_imu) +
                                          "\nRows of timestamp, wx, wy, wz, ax, ay, az.")
-                                            .c_str()) +
-                            line("depth", doc::ImageInput_depth) +
-                            line("depth_unit", doc::DepthImage_unit) +
-                            line("depth_camera", doc::DepthImage_camera) +
-                            line("cam_from_depth", doc::DepthImage_cam_from_depth)
-                      : "");
+                                            .c_str())
+                      : "") +
+         line("depth", doc::ImageInput_depth) + line("depth_unit", doc::DepthImage_unit) +
+         line("depth_camera", doc::DepthImage_camera) +
+         line("cam_from_depth", doc::DepthImage_cam_from_depth);
 }
 
 // A view of an array of two dimensions; throws TypeError.
@@ -47,6 +46,13 @@ cv::Mat DepthView(const py::array& depth) {
   return {static_cast<int>(depth.shape(0)), static_cast<int>(depth.shape(1)),
           is_counts ? CV_16UC1 : CV_32FC1, const_cast<void*>(depth.data()),
           static_cast<size_t>(depth.strides(0))};
+}
+
+std::optional<DepthImage> DepthOf(const std::optional<py::array>& depth, double unit,
+                                  const OptionalCamera& camera,
+                                  const OptionalPose& cam_from_depth) {
+  if (!depth) return std::nullopt;
+  return DepthImage{DepthView(*depth), unit, camera, cam_from_depth.value_or(Rigid3()), {}};
 }
 
 TrackingResult Process(ExclusiveSlam& slam, const cv::Mat& image, double timestamp,
@@ -61,9 +67,7 @@ TrackingResult Process(ExclusiveSlam& slam, const cv::Mat& image, double timesta
     input.angular_velocity.push_back({time, {x, y, z}});
   for (const auto& [time, wx, wy, wz, ax, ay, az] : imu)
     input.imu.push_back({time, {wx, wy, wz}, {ax, ay, az}});
-  if (depth)
-    input.depth = DepthImage{
-        DepthView(*depth), depth_unit, depth_camera, cam_from_depth.value_or(Rigid3()), {}};
+  input.depth = DepthOf(depth, depth_unit, depth_camera, cam_from_depth);
   return slam.Use([&](Slam& s) { return s.Process(input); });
 }
 
@@ -82,11 +86,14 @@ template <typename Self>
 RelocalizationResult Relocalize(Self& self, const std::optional<cv::Mat>& image, double timestamp,
                                 const Detections& detections, const OptionalVector& gravity_in_cam,
                                 RelocalizationMode mode, const OptionalPose& prior,
-                                const OptionalCamera& camera, bool unknown_camera, bool follow) {
+                                const OptionalCamera& camera, bool unknown_camera, bool follow,
+                                const std::optional<py::array>& depth, double depth_unit,
+                                const OptionalCamera& depth_camera,
+                                const OptionalPose& cam_from_depth) {
+  ImageInput input{image.value_or(cv::Mat()), timestamp, detections, false, gravity_in_cam, {}};
+  input.depth = DepthOf(depth, depth_unit, depth_camera, cam_from_depth);
   const auto find = [&](auto& map) {
-    return map.Relocalize(
-        {image.value_or(cv::Mat()), timestamp, detections, false, gravity_in_cam, {}},
-        {mode, prior, camera, unknown_camera, follow});
+    return map.Relocalize(input, {mode, prior, camera, unknown_camera, follow});
   };
   if constexpr (std::is_same_v<Self, ExclusiveSlam>) {
     return self.Use(find);
@@ -103,7 +110,9 @@ void AddRelocalize(Class& type, const char* text) {
            py::arg("gravity_in_cam") = std::nullopt,
            py::arg("mode") = RelocalizationMode::kPointsAndObjects, py::arg("prior") = std::nullopt,
            py::arg("camera") = std::nullopt, py::arg("unknown_camera") = false,
-           py::arg("follow") = false, WithOptionsDocs(text).c_str());
+           py::arg("follow") = false, py::arg("depth") = std::nullopt,
+           py::arg("depth_unit") = 0.001, py::arg("depth_camera") = std::nullopt,
+           py::arg("cam_from_depth") = std::nullopt, WithOptionsDocs(text).c_str());
 }
 
 py::array_t<TrackedPointRow> TrackedPoints(ExclusiveSlam& slam) {

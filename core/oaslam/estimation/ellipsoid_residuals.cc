@@ -127,22 +127,31 @@ Eigen::Matrix<double, 4, 3> ShapePriorRows(double weight_px, bool horizontal_pai
   return weight_px * rows;
 }
 
+SurfaceDepth SurfaceDepthOf(const Ellipsoid& ellipsoid, const Rigid3& cam_from_world) {
+  SurfaceDepth surface;
+  surface.along = cam_from_world.rotation.toRotationMatrix().row(2);
+  const Eigen::Vector3d on_axes = ellipsoid.rotation.conjugate() * surface.along;
+  surface.squares = (on_axes.cwiseProduct(ellipsoid.half_axes)).cwiseAbs2();
+  surface.half_axis = std::sqrt(surface.squares.sum());
+  surface.z = (cam_from_world * ellipsoid.center).z() - kFrontOfCenter * surface.half_axis;
+  return surface;
+}
+
+double SigmaOfSurface(double half_axis, double measured) {
+  constexpr double kOfAxis = 0.35, kOfDepth = 0.02;
+  return kOfAxis * half_axis + kOfDepth * measured;
+}
+
 std::optional<SurfaceResidual> SurfaceResidualOf(const BoxView& view, const Ellipsoid& ellipsoid) {
-  // Things are no ellipsoids: the surface is off by so much of the half axis along the view, and
-  // the depth camera by a share of the depth. In detector pixels, that of a box's edge.
-  constexpr double kOfAxis = 0.35, kOfDepth = 0.02, kEdgePx = 4;
+  constexpr double kEdgePx = 4;  // detector pixels: the sigma of a box's edge
   if (!(view.surface > 0) || view.truncated) return std::nullopt;
-  const Eigen::Vector3d along = view.cam_from_world.rotation.toRotationMatrix().row(2);
-  const Eigen::Vector3d on_axes = ellipsoid.rotation.conjugate() * along,
-                        squares = (on_axes.cwiseProduct(ellipsoid.half_axes)).cwiseAbs2();
-  const double half_axis = std::sqrt(squares.sum());
-  const double scale = kEdgePx / (kOfAxis * half_axis + kOfDepth * view.surface);
+  const SurfaceDepth surface = SurfaceDepthOf(ellipsoid, view.cam_from_world);
+  const double scale = kEdgePx / SigmaOfSurface(surface.half_axis, view.surface);
   SurfaceResidual residual;
-  residual.value = scale * ((view.cam_from_world * ellipsoid.center).z() -
-                            kFrontOfCenter * half_axis - view.surface);
+  residual.value = scale * (surface.z - view.surface);
   // By a rotation it changes little.
-  residual.by_shape.head<3>() = scale * along;
-  residual.by_shape.segment<3>(3) = -scale * kFrontOfCenter / half_axis * squares;
+  residual.by_shape.head<3>() = scale * surface.along;
+  residual.by_shape.segment<3>(3) = -scale * kFrontOfCenter / surface.half_axis * surface.squares;
   return residual;
 }
 

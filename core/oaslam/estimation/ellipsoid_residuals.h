@@ -34,6 +34,16 @@ WassersteinResidual ComputeWasserstein(const Ellipse& detected, const Ellipse& p
 // How much the surface of an ellipsoid is nearer than its centre, in half axes along the view: the
 // median of a sphere.
 constexpr double kFrontOfCenter = 0.7;
+// The depth of the surface of an ellipsoid as a camera sees it.
+struct SurfaceDepth {
+  double z = 0, half_axis = 0;                        // that along the view
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();    // the camera's z axis, world
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero();  // of the half axes along the view
+};
+SurfaceDepth SurfaceDepthOf(const Ellipsoid& ellipsoid, const Rigid3& cam_from_world);
+// The standard deviation of a measured depth of a surface as that of an ellipsoid: things are no
+// ellipsoids, so that the surface is off by a share of the half axis along the view.
+double SigmaOfSurface(double half_axis, double measured);
 // The depth of the ellipsoid's surface minus the one that was measured, weighed as detector pixels;
 // nothing where none was measured, or the box is cut.
 struct SurfaceResidual {

@@ -28,6 +28,9 @@ struct ObjectDetection {
   Box box;                      // ideal (undistorted) image
   unsigned char truncated = 0;  // EdgeBits of edges at the border of the original image
   LabelShares shares{};
+  // The z of the surface that the box shows, by a depth camera, in units of the map in which the
+  // frame is searched; 0: not known.
+  double surface = 0;
 };
 
 // Converts detections to the ideal image of the camera, in the same order; a box is empty where the

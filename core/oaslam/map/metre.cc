@@ -25,4 +25,12 @@ std::optional<double> MetresPerUnitByMotions(const Map& map) {
   return std::sqrt(metres_squared / units_squared);
 }
 
+std::optional<double> SigmaOfMetre(const Map& map) {
+  constexpr double kByUser = 0.02;  // of a length that a hand measured
+  if (!map.is_metric) return std::nullopt;
+  if (!map.unit_evidence) return kByUser;
+  if (map.unit_evidence->source == UnitSource::kObjects) return std::nullopt;
+  return map.unit_evidence->relative_sigma;
+}
+
 }  // namespace oaslam

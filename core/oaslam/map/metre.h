@@ -12,4 +12,8 @@ namespace oaslam {
 // where fewer than 10 remain.
 std::optional<double> MetresPerUnitByMotions(const Map& map);
 
+// The relative standard deviation of the metre of a map in metres. Nothing where the map is not in
+// metres, or has its metre only from the usual sizes of objects.
+std::optional<double> SigmaOfMetre(const Map& map);
+
 }  // namespace oaslam

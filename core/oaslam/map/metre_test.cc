@@ -54,5 +54,16 @@ TEST(MetresPerUnitByMotions, TheErrorOfPosesIsNoMotion) {
   EXPECT_FALSE(MetresPerUnitByMotions(map));
 }
 
+TEST(SigmaOfMetre, IsKnownByUserAndSensorsAlone) {
+  Map map;
+  EXPECT_FALSE(SigmaOfMetre(map));
+  map.is_metric = true;
+  EXPECT_GT(SigmaOfMetre(map).value(), 0);
+  map.unit_evidence = UnitEvidence{.05, 4, 3, UnitSource::kObjects};
+  EXPECT_FALSE(SigmaOfMetre(map)) << "usual sizes vary";
+  map.unit_evidence = UnitEvidence{.012, 0, 0, UnitSource::kImu};
+  EXPECT_EQ(SigmaOfMetre(map), .012);
+}
+
 }  // namespace
 }  // namespace oaslam

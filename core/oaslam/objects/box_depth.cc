@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/map/metre.h"
 #include "oaslam/util/median.h"
 
 namespace oaslam {
@@ -54,6 +55,14 @@ std::optional<double> SurfaceIn(const Box& box, const Camera& camera, const Dept
     if (count >= needed) return found[first + count / 2];
   }
   return std::nullopt;
+}
+
+std::vector<ObjectDetection> WithSurfaces(const Frame& frame, const Map& map) {
+  std::vector<ObjectDetection> detections = frame.detections;
+  if (!frame.depth || !SigmaOfMetre(map)) return detections;
+  for (ObjectDetection& d : detections)
+    d.surface = SurfaceIn(d.box, *frame.camera, *frame.depth).value_or(0);
+  return detections;
 }
 
 }  // namespace oaslam

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "oaslam/features/depth_map.h"
 #include "oaslam/geometry/box.h"
@@ -19,5 +20,9 @@ std::optional<double> UnitsPerMetre(const TrackedFrame& tracked, const Map& map)
 // of the object, not of what is behind it or covers a small part of it. Nothing where too little of
 // the box was measured.
 std::optional<double> SurfaceIn(const Box& box, const Camera& camera, const DepthMap& depth);
+
+// The detections of a frame, with the surfaces that their boxes show where the map has a metre that
+// is known (SigmaOfMetre).
+std::vector<ObjectDetection> WithSurfaces(const Frame& frame, const Map& map);
 
 }  // namespace oaslam

@@ -10,51 +10,82 @@
 
 namespace oaslam {
 
+namespace {
+
+// Images that a judgement needs.
+constexpr int kLeastViews = 4;
+
+// The median distance of the logarithms from their median.
+double SpreadOf(const DepthTrust::Views& views, std::vector<double>& off) {
+  off.clear();
+  for (const DepthTrust::View& view : views) off.push_back(view.log_ratio);
+  const double median = Median(off);
+  for (double& x : off) x = std::abs(x - median);
+  return Median(off);
+}
+
+std::string Describe(const DepthReading& reading) {
+  if (reading.offset != 0)
+    return fmt::format("they fit the images better with {:.1f} m added: they have an offset",
+                       reading.offset);
+  if (reading.delay != 0)
+    return fmt::format(
+        "they fit the images of {:.2f} s {} better: the clock of the depth camera is {}",
+        std::abs(reading.delay), reading.delay > 0 ? "before" : "after",
+        reading.delay > 0 ? "late" : "early");
+  return fmt::format(
+      "they fit the images better when magnified by {:.2f}: they are not registered to the colour "
+      "images; give the depth camera's calibration",
+      1 / reading.zoom);
+}
+
+}  // namespace
+
 bool DepthTrust::IsDue(double time_s) const {
   // A depth camera that agreed for so long seldom begins to disagree.
   constexpr int kOften = 10;
-  constexpr double kSeconds = 1, kLaterSeconds = 10;
-  return !judged_s_ || time_s - *judged_s_ >= (views_ < kOften ? kSeconds : kLaterSeconds);
+  constexpr double kFirstSeconds = 0.4, kSeconds = 1, kLaterSeconds = 10;
+  const double wait =
+      views_ < kLeastViews ? kFirstSeconds : (views_ < kOften ? kSeconds : kLaterSeconds);
+  return !judged_s_ || time_s - *judged_s_ >= wait;
 }
 
-void DepthTrust::Add(double time_s, std::span<const Views> at_zooms) {
+void DepthTrust::Add(double time_s, std::span<const Views> by_reading) {
   constexpr size_t kLeast = 50;  // points
   judged_s_ = time_s;
-  for (const Views& views : at_zooms)
-    if (views.size() < kLeast) return;
+  if (by_reading[kAsGiven].size() < kLeast) return;
   ++views_;
-  for (size_t zoom = 0; zoom < at_zooms.size(); ++zoom) {
-    std::vector<double> off;
-    for (const View& view : at_zooms[zoom]) off.push_back(view.log_ratio);
-    const double median = Median(off);
-    for (double& x : off) x = std::abs(x - median);
-    if (zoom == kUnzoomed) {
-      // Where the depths are right, one in twenty is off by three sigmas.
-      constexpr double kMost = 3, kFloor = 0.02;
-      int count = 0;
-      for (size_t i = 0; i < off.size(); ++i)
-        count += off[i] > kMost * std::hypot(at_zooms[zoom][i].sigma, kFloor);
-      share_off_ += count / static_cast<double>(off.size());
-    }
-    spread_[zoom] += Median(std::move(off));
+  std::vector<double> off;
+  const double as_given = SpreadOf(by_reading[kAsGiven], off);
+  // Where the depths are right, one in twenty is off by three sigmas.
+  constexpr double kMost = 3, kFloor = 0.02;
+  int count = 0;
+  for (size_t i = 0; i < off.size(); ++i)
+    count += off[i] > kMost * std::hypot(by_reading[kAsGiven][i].sigma, kFloor);
+  share_off_ += count / static_cast<double>(off.size());
+  for (size_t i = 0; i < by_reading.size(); ++i) {
+    if (by_reading[i].size() < kLeast) continue;
+    ++fits_[i].images;
+    fits_[i].as_given += as_given;
+    fits_[i].spread += SpreadOf(by_reading[i], off);
   }
 }
 
 std::string DepthTrust::Problem() const {
-  constexpr int kLeast = 4;
-  if (views_ < kLeast) return "";
-  const auto best = std::ranges::min_element(spread_);
-  // Of the depths as they were given; and the spread of the logarithm, with less of which they fit.
+  if (views_ < kLeastViews) return "";
+  // Of the depths as they were given; and the spread of the logarithm, with
+  // less of which they fit.
   constexpr double kBetter = 0.75, kFits = 0.01;
-  if (spread_[kUnzoomed] > kFits * views_ && *best < kBetter * spread_[kUnzoomed])
-    return fmt::format(
-        "they fit the images better when magnified by {:.2f}: they are not registered to the "
-        "colour images; give the depth camera's calibration",
-        1 / kZooms[best - spread_.begin()]);
+  size_t best = kAsGiven;
+  for (size_t i = 0; i < fits_.size(); ++i)
+    if (fits_[i].images >= kLeastViews && fits_[i].Ratio() < fits_[best].Ratio()) best = i;
+  if (fits_[kAsGiven].spread > kFits * views_ && fits_[best].Ratio() < kBetter)
+    return Describe(kReadings[best]);
   constexpr double kMostOff = 0.4;
   if (share_off_ > kMostOff * views_)
     return fmt::format(
-        "{:.0f} % of them contradict the parallax of the images: they are not registered, or of "
+        "{:.0f} % of them contradict the parallax of the "
+        "images: they are not registered, or of "
         "other images",
         100 * share_off_ / views_);
   return "";

@@ -61,7 +61,7 @@ Odometry::Odometry(const Camera& camera, const OdometryOptions& options, uint64_
 OdometryEstimate Odometry::Process(const GreyImage& image, double time_s,
                                    const OdometrySensors& sensors) {
   AddSamples(sensors);
-  TakeDepth(sensors.depth);
+  TakeDepth(time_s, sensors.depth);
   present_ = TrackedImage(image);
   OdometryEstimate estimate;
   if (!window_.images.empty()) ProcessNext(time_s, estimate);

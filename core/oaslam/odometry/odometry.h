@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -175,7 +176,9 @@ class Odometry {
   void AddPoints();
   void Forget();
   void LearnGyroscope(const OdometryEstimate& estimate);
-  void TakeDepth(const std::shared_ptr<const DepthMap>& depth);
+  void TakeDepth(double time_s, const std::shared_ptr<const DepthMap>& depth);
+  void RememberDepth(double time_s);
+  const DepthMap* DepthNear(double time_s) const;
   std::optional<MeasuredDepth> DepthAt(const Eigen::Vector2f& px) const;
   std::optional<MeasuredInverseDepth> MeasuredAt(const Eigen::Vector2f& px) const;
   void MeasureSightings();
@@ -183,6 +186,10 @@ class Odometry {
   void LearnMetre();
   void CompareDepth(WindowPoint& point);
   Window WithoutDepths() const;
+  const WindowImage& ImageToJudge() const;
+  std::array<DepthTrust::Views, DepthTrust::kReadings.size()> ViewDepths(
+      const Window& free, std::span<const int> points, std::span<const double> variances,
+      const WindowImage& image) const;
   void JudgeDepth();
   void AddSamples(const OdometrySensors& sensors);
   void CorrectAxes();
@@ -251,6 +258,8 @@ class Odometry {
   std::shared_ptr<const DepthMap> depth_;  // of the newest image; null: none, or refused
   double units_per_metre_ = 0;             // of this run, by a depth camera; 0: not known
   DepthTrust depth_trust_;
+  // By time in seconds, where they will be judged soon.
+  std::map<double, std::shared_ptr<const DepthMap>> recent_depths_;
   bool depth_is_refused_ = false;
   ImageMask mask_;
   bool is_sure_ = false;  // the newest image fits well

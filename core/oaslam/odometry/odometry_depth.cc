@@ -17,8 +17,9 @@ constexpr int kLeastDepths = 60;
 
 }  // namespace
 
-void Odometry::TakeDepth(const std::shared_ptr<const DepthMap>& depth) {
+void Odometry::TakeDepth(double time_s, const std::shared_ptr<const DepthMap>& depth) {
   depth_ = depth_is_refused_ ? nullptr : depth;
+  RememberDepth(time_s);
   // Depths that came late: what the images have told so far is without a metre, and preliminary.
   if (!depth_ || !is_beginning_ || window_.images.empty()) return;
   const auto is_seen = [&](const WindowPoint& p) { return p.is_tracked && DepthAt(p.px); };
@@ -120,37 +121,76 @@ Window Odometry::WithoutDepths() const {
   return free;
 }
 
-// Compares, from time to time, the depths of the newest image with those that the images alone
-// tell, but for their unit; depths that contradict them are not used any more.
-void Odometry::JudgeDepth() {
-  if (!depth_ || is_beginning_ || !(units_per_metre_ > 0)) return;
-  if (!depth_trust_.IsDue(window_.newest().time_s)) return;
-  constexpr int kIterations = 10;
+// Keeps depths that will be judged soon.
+void Odometry::RememberDepth(double time_s) {
+  constexpr double kSeconds = 1;  // bounds the memory
+  std::erase_if(recent_depths_, [&](const auto& d) { return d.first < time_s - kSeconds; });
+  if (depth_ && depth_trust_.IsDue(time_s + kSeconds)) recent_depths_[time_s] = depth_;
+}
+
+// The depths that came within a hundredth of this time; null: none.
+const DepthMap* Odometry::DepthNear(double time_s) const {
+  constexpr double kTolerance = 0.012;
+  const auto at = recent_depths_.lower_bound(time_s - kTolerance);
+  return at != recent_depths_.end() && at->first < time_s + kTolerance ? at->second.get() : nullptr;
+}
+
+// What the depths of an image say of its points, by each reading, besides what the images tell.
+std::array<DepthTrust::Views, DepthTrust::kReadings.size()> Odometry::ViewDepths(
+    const Window& free, std::span<const int> points, std::span<const double> variances,
+    const WindowImage& image) const {
   constexpr double kKnown = 0.05;  // by the images, a share
+  const double working = std::ldexp(1, halvings_);
+  const Eigen::Vector2d center(camera_.cx, camera_.cy);
+  std::array<DepthTrust::Views, DepthTrust::kReadings.size()> views;
+  for (size_t i = 0; i < views.size(); ++i) {
+    const auto& [zoom, offset, delay] = DepthTrust::kReadings[i];
+    const DepthMap* map = DepthNear(image.time_s + delay);
+    if (!map) continue;
+    for (size_t k = 0; k < points.size(); ++k) {
+      const WindowPoint& p = free.points[points[k]];
+      const Eigen::Vector2f* px = p.PxIn(image.id);
+      const double sigma = std::sqrt(variances[k]) / p.inverse_depth;
+      if (!px || !(sigma > 0 && sigma < kKnown)) continue;
+      const auto depth = map->At(working * (center + zoom * (px->cast<double>() - center)));
+      const double inverse_depth = free.InverseDepthIn(p, image);
+      if (depth && depth->z + offset > 0 && inverse_depth > 0)
+        views[i].push_back({std::log((depth->z + offset) * inverse_depth),
+                            std::hypot(sigma, depth->sigma / depth->z)});
+    }
+  }
+  return views;
+}
+
+// The image whose depths are judged: one so old that late depths of it have come, else the newest.
+const WindowImage& Odometry::ImageToJudge() const {
+  const double now = window_.newest().time_s;
+  const auto old = std::ranges::find_if(
+      window_.images.rbegin(), window_.images.rend(),
+      [&](const WindowImage& i) { return i.time_s <= now - DepthTrust::kLatest; });
+  return old != window_.images.rend() && DepthNear(old->time_s) ? *old : window_.newest();
+}
+
+// Compares, from time to time, depths with those that the images alone tell, but for their unit;
+// depths that contradict them are not used any more.
+void Odometry::JudgeDepth() {
+  const double now = window_.newest().time_s;
+  if (!depth_ || is_beginning_ || !(units_per_metre_ > 0) || !depth_trust_.IsDue(now)) return;
+  constexpr int kIterations = 10;
   Window free = WithoutDepths();
   const WindowProblem made = ProblemOf(free, window_options_, false);
   InverseDepthState state = made.StateOf(free);
   const InverseDepthReport report =
       solver_.Minimize(made.problem, {.max_iterations = kIterations, .tolerance = 1e-4}, state);
   made.Apply(state, free);
-  std::array<DepthTrust::Views, DepthTrust::kZooms.size()> views;
-  const Eigen::Vector2f center(static_cast<float>(camera_.cx), static_cast<float>(camera_.cy));
-  for (size_t k = 0; k < report.variances.size(); ++k) {
-    const WindowPoint& p = free.points[made.points[k]];
-    const double sigma = std::sqrt(report.variances[k]) / p.inverse_depth;
-    if (!p.is_tracked || !(sigma > 0 && sigma < kKnown)) continue;
-    const double inverse_depth = free.InverseDepthIn(p, free.newest());
-    for (size_t zoom = 0; zoom < views.size(); ++zoom)
-      if (const auto depth = DepthAt(center + DepthTrust::kZooms[zoom] * (p.px - center)))
-        views[zoom].push_back(
-            {std::log(depth->z * inverse_depth), std::hypot(sigma, depth->sigma / depth->z)});
-  }
-  depth_trust_.Add(free.newest().time_s, views);
+  depth_trust_.Add(now,
+                   ViewDepths(free, made.points, report.variances, free.Image(ImageToJudge().id)));
   const std::string problem = depth_trust_.Problem();
   if (problem.empty()) return;
   Log(LogLevel::kWarning, "the depths are not used from now on: {}", problem);
   depth_is_refused_ = true;
   depth_ = nullptr;
+  recent_depths_.clear();
   units_per_metre_ = 0;
   for (WindowPoint& p : window_.points) {
     for (Sighting& s : p.sightings) s.measured.reset();

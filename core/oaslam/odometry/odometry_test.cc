@@ -132,17 +132,17 @@ TEST_F(OdometryDepthTest, DepthsThatContradictTheImagesAreNotUsed) {
   EXPECT_TRUE(is_refused);
 }
 
-TEST(DepthTrustTest, AnUnregisteredDepthFitsMagnified) {
-  const auto problem_of = [](size_t best_zoom, double spread, double share_wrong) {
+TEST(DepthTrustTest, DepthsThatFitBetterReadAnotherWayAreNamed) {
+  const auto problem_of = [](size_t best, double spread, double share_wrong) {
     DepthTrust trust;
     for (int image = 0; image < 5; ++image) {
       EXPECT_TRUE(trust.IsDue(image));
-      std::array<DepthTrust::Views, DepthTrust::kZooms.size()> views;
-      for (size_t zoom = 0; zoom < views.size(); ++zoom)
+      std::array<DepthTrust::Views, DepthTrust::kReadings.size()> views;
+      for (size_t reading = 0; reading < views.size(); ++reading)
         for (int i = 0; i < 100; ++i) {
-          const double off = zoom == best_zoom ? .5 * spread : spread;
+          const double off = reading == best ? .5 * spread : spread;
           const bool is_wrong = i < 100 * share_wrong;
-          views[zoom].push_back({.3 + (i % 2 ? off : -off) + (is_wrong ? 1 : 0), .01});
+          views[reading].push_back({.3 + (i % 2 ? off : -off) + (is_wrong ? 1 : 0), .01});
         }
       trust.Add(image, views);
     }
@@ -150,7 +150,11 @@ TEST(DepthTrustTest, AnUnregisteredDepthFitsMagnified) {
   };
   EXPECT_EQ(problem_of(5, .004, .05), "");
   EXPECT_NE(problem_of(5, .03, .05).find("magnified by 0.91"), std::string::npos);
-  EXPECT_NE(problem_of(DepthTrust::kUnzoomed, .01, .45).find("45 % of them contradict"),
+  EXPECT_NE(problem_of(8, .03, .05).find("with -0.2 m added"), std::string::npos);
+  EXPECT_NE(problem_of(18, .03, .05)
+                .find("of 0.10 s before better: the clock of the depth camera is late"),
+            std::string::npos);
+  EXPECT_NE(problem_of(DepthTrust::kAsGiven, .01, .45).find("45 % of them contradict"),
             std::string::npos);
 }
 

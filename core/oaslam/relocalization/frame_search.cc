@@ -5,7 +5,9 @@
 #include <string>
 #include <utility>
 
+#include "oaslam/matching/depth_agreement.h"
 #include "oaslam/matching/place_search.h"
+#include "oaslam/objects/box_depth.h"
 #include "oaslam/relocalization/by_objects.h"
 #include "oaslam/relocalization/by_objects_paper.h"
 #include "oaslam/relocalization/by_points.h"
@@ -73,8 +75,11 @@ std::optional<Relocalization> FrameSearch::Near(const Frame& frame,
 
 Relocalization FrameSearch::Confirmed(const Frame& frame, const Rigid3& cam_from_world,
                                       double error_rad) const {
-  return FindNear(frame, map_, map_.landmarks.Ids(), cam_from_world, SearchRadius(frame, error_rad),
-                  {3 * kRansacIterations, kConfirms}, tools_.rng);
+  Relocalization found =
+      FindNear(frame, map_, map_.landmarks.Ids(), cam_from_world, SearchRadius(frame, error_rad),
+               {3 * kRansacIterations, kConfirms}, tools_.rng);
+  RefuseByDepths(frame, map_, found);
+  return found;
 }
 
 Relocalization FrameSearch::ByPoints(const Frame& frame, Appearance appearance,
@@ -91,7 +96,7 @@ std::optional<size_t> FrameSearch::JoinObjects(const Frame& frame, Relocalizatio
   const bool are_few = found.points.inliers < 2 * kMinRelocalizationInliers;
   if (IsAsInPaper() || !are_few) return std::nullopt;
   Relocalization joint =
-      RefineByPointsAndObjects(frame.detections, *frame.camera, map_, config, found);
+      RefineByPointsAndObjects(WithSurfaces(frame, map_), *frame.camera, map_, config, found);
   found.objects.matched = std::move(joint.objects.matched);
   if (static_cast<int>(found.objects.matched.size()) >= config.accept_objects) {
     found.cam_from_world = joint.cam_from_world;
@@ -110,11 +115,15 @@ std::vector<Relocalization> FrameSearch::SearchPosesByObjects(const Frame& frame
   const RelocalizationConfig& config = tools_.config.relocalization;
   if (IsAsInPaper())
     return RelocalizeByObjectsAsInPaper(frame.detections, camera, map_, config, tools_.rng);
-  if (tools_.trails)
-    return tools_.trails->Follow(frame.timestamp, frame.detections, camera, map_, config,
-                                 frame.gravity_in_cam, tools_.rng);
-  return RelocalizeByObjects(frame.detections, camera, map_, config, frame.gravity_in_cam,
-                             tools_.rng);
+  const std::vector<ObjectDetection> detections = WithSurfaces(frame, map_);
+  std::vector<Relocalization> poses =
+      tools_.trails
+          ? tools_.trails->Follow(frame.timestamp, detections, camera, map_, config,
+                                  frame.gravity_in_cam, tools_.rng)
+          : RelocalizeByObjects(detections, camera, map_, config, frame.gravity_in_cam, tools_.rng);
+  std::ranges::stable_partition(
+      poses, [&](Relocalization& pose) { return !RefuseByDepths(frame, map_, pose); });
+  return poses;
 }
 
 // The best pose by objects, or the first that points confirm.

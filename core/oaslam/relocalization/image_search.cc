@@ -4,6 +4,7 @@
 
 #include "oaslam/error.h"
 #include "oaslam/map/camera_replacement.h"
+#include "oaslam/relocalization/depth_registration.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
@@ -83,6 +84,7 @@ RelocalizationResult FindImage(const ImageInput& input, const Camera& camera,
     frame.detections = CheckedDetections(camera, input.detections);
     frame.gravity_in_cam = input.gravity_in_cam;
   }
+  if (input.depth) frame.depth = DepthRegistration().Register(*input.depth, camera);
   const RelocalizationMode mode = has_points ? options.mode : RelocalizationMode::kObjects;
   return AnswerOf(config, watch.WallMs(), [&](Rng& rng) {
     return relocalizer.Find(frame, map, mode, rng, nullptr, options.prior);

@@ -167,13 +167,14 @@ std::vector<PoseHypothesis> GuessFromSingles(const ObjectScene& scene) {
                                    2 * std::numbers::pi * yaw / kYaws, *scene.up));
         const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
         pose.translation = node.depth * detection.ray - rotation * center;
-        // The depth is corrected: it came from a sphere, but the object's outline from this side
-        // has another size.
+        // A depth that was not measured is corrected: it came from a sphere, but the object's
+        // outline from this side has another size.
         const double ratio = SizeRatio(scene, node, pose, rotation);
         // The outline of no likely object differs more from a sphere's.
         if (!(ratio > 0.3 && ratio < 3)) continue;
-        pose.translation = ratio * node.depth * detection.ray - rotation * center;
-        guesses.push_back({pose, scene.ScorePose(pose, scope), ratio * node.depth});
+        const double depth = detection.surface > 0 ? node.depth : ratio * node.depth;
+        pose.translation = depth * detection.ray - rotation * center;
+        guesses.push_back({pose, scene.ScorePose(pose, scope), depth});
       }
     }
   }

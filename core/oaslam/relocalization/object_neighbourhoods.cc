@@ -5,6 +5,8 @@
 #include <limits>
 #include <numeric>
 
+#include "oaslam/estimation/ellipsoid_residuals.h"
+
 namespace oaslam {
 namespace {
 
@@ -25,6 +27,13 @@ constexpr double kScopeDepths = 1.2;
 
 Node MakeNode(const ObjectScene& scene, int detection, int object) {
   const SceneDetection& d = scene.detections[detection];
+  if (d.surface > 0) {
+    // Its centre is behind the surface by a half axis at most, but for their errors.
+    constexpr double kError = 0.1;  // a share
+    const SceneObject& o = scene.objects[object];
+    return {detection, object, d.surface + kFrontOfCenter * o.radius, (1 - kError) * d.surface,
+            (1 + kError) * (d.surface + o.reach)};
+  }
   const double depth = d.depth_per_radius * scene.objects[object].radius;
   return {detection, object, depth, depth / (d.truncated ? kTruncatedFactor : kDepthFactor),
           depth * kDepthFactor};

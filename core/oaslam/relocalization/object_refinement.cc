@@ -155,6 +155,19 @@ Matching MatchBoxes(const ObjectScene& scene, const std::vector<int>& near, cons
   return result;
 }
 
+// By how many sigmas the surface of an object is off the one that was measured in its box.
+struct SurfaceError {
+  double value = 0, sigma = 1;
+};
+std::optional<SurfaceError> SurfaceErrorOf(const ObjectScene& scene, const Match& match,
+                                           const Rigid3& pose) {
+  const SceneDetection& detection = scene.detections[match.detection];
+  if (!(detection.surface > 0) || match.truncated) return std::nullopt;
+  const SurfaceDepth surface = SurfaceDepthOf(scene.objects[match.object].ellipsoid, pose);
+  const double sigma = SigmaOfSurface(surface.half_axis, detection.surface);
+  return SurfaceError{(surface.z - detection.surface) / sigma, sigma};
+}
+
 struct PoseEquations {
   Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();
   PoseVector gradient = PoseVector::Zero();
@@ -218,6 +231,9 @@ PoseEquations EquationsAt(const Evidence& evidence, const std::vector<Match>& ma
             .cwiseProduct(match.inverse_sigma);
     const Eigen::Array4d ratio = residual.array().square() / (kCauchy * kCauchy);
     equations.cost += kCauchy * kCauchy * (1 + ratio).log().sum();
+    const auto surface = SurfaceErrorOf(scene, match, pose);
+    if (surface)
+      equations.cost += kCauchy * kCauchy * std::log1p(std::pow(surface->value / kCauchy, 2));
     if (!with_derivatives) continue;
     const EdgesByPose jacobian =
         match.inverse_sigma.asDiagonal() * DifferentiateByPose(*view, scene.camera);
@@ -227,6 +243,15 @@ PoseEquations EquationsAt(const Evidence& evidence, const std::vector<Match>& ma
       const double weight = 1 / (1 + ratio[row]);
       equations.hessian.noalias() += weight * j * j.transpose();
       equations.gradient.noalias() += weight * residual[row] * j;
+    }
+    if (surface) {
+      const Eigen::Vector3d& center = view->center;
+      PoseVector j;
+      j << 0, 0, 1, center.y(), -center.x(), 0;
+      j /= surface->sigma;
+      const double weight = 1 / (1 + std::pow(surface->value / kCauchy, 2));
+      equations.hessian.noalias() += weight * j * j.transpose();
+      equations.gradient.noalias() += weight * surface->value * j;
     }
   }
   return equations;

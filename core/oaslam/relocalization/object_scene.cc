@@ -178,7 +178,7 @@ ObjectScene::ObjectScene(std::span<const ObjectDetection> all_detections,
     }
     const double size = SizeOf(d.box);
     detections.push_back({i, d.box, d.truncated, RayOf(camera, CenterPixel(d.box)), size,
-                          std::sqrt(camera.fx * camera.fy) / (size / 2)});
+                          std::sqrt(camera.fx * camera.fy) / (size / 2), d.surface});
     for (const ObjectMatch& match : matches.back())
       detections.back().objects.push_back(match.object);
   }

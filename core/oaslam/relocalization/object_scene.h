@@ -41,6 +41,7 @@ struct SceneDetection {
   Eigen::Vector3d ray;          // through the centre of the box, z = 1
   double size = 0;              // px
   double depth_per_radius = 0;  // of an object that the box shows
+  double surface = 0;           // its z, map units, by a depth camera; 0: not known
   std::vector<int> objects{};   // those that it may show, indices into ObjectScene::objects
 };
 

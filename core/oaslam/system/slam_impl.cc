@@ -414,9 +414,10 @@ RelocalizationResult Slam::Impl::Relocalize(const ImageInput& input,
   }
   if (options.follow) CheckTimestamp(input.timestamp, last_followed_);
   const Stopwatch watch;
-  const Frame frame = input.image.empty() && !input.features
-                          ? FrameOfBoxes(input, options.follow ? input.timestamp : 0)
-                          : MakeFrame(input, 0, config_.features.count);
+  Frame frame = input.image.empty() && !input.features
+                    ? FrameOfBoxes(input, options.follow ? input.timestamp : 0)
+                    : MakeFrame(input, 0, config_.features.count);
+  if (input.depth) frame.depth = depth_registration_.Register(*input.depth, *frame.camera);
   if (options.follow) last_followed_ = input.timestamp;
   return Find(frame, options, watch.WallMs());
 }
