@@ -49,7 +49,12 @@ class RecordingReader {
 // compressed as a whole (.zstd), or the folder of a rosbag2, also one without metadata.yaml.
 bool IsRecording(const std::string& path);
 
-// Opens a recording. Nothing is written beside it. Throws InputError where it cannot be read.
+// What changes with the content of a recording or a file of it, as far as the file system knows.
+std::string StateOfRecording(const std::string& path);
+
+// Opens a recording. Nothing is written beside it. A file that was compressed as a whole is read
+// from a copy without a name in the folder of temporary files; copies are kept for who opens the
+// recording next. Any thread may call it. Throws InputError where it cannot be read.
 std::unique_ptr<RecordingReader> OpenRecording(const std::string& path, BytesWanted wanted);
 
 }  // namespace oaslam
