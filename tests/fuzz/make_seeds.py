@@ -175,8 +175,18 @@ def datasets():
     return [bytes([i]) + (text if isinstance(text, bytes) else text.encode()) for i, text in enumerate(texts)]
 
 
+def mcap_in_chunks(plain):
+    """An MCAP file of write_mcap with its records in a chunk, and in one of zstd (RFC 8878, as it is)."""
+    begin, end = 8 + 9 + 12, -(9 + 4 + 9 + 20 + 8)
+    records = plain[begin:end]
+    frame = struct.pack("<IBI", 0xFD2FB528, 0xA0, len(records)) + struct.pack("<I", len(records) << 3 | 1)[:3] + records
+    for name, content in ((b"", records), (b"zstd", frame)):
+        chunk = struct.pack("<QQQII", 0, 0, len(records), 0, len(name)) + name + struct.pack("<Q", len(content)) + content
+        yield plain[:begin] + b"\6" + struct.pack("<Q", len(chunk)) + chunk + plain[end:]
+
+
 def recordings():
-    """A recording of each kind without the bytes by which its kind is known, by its fuzz target."""
+    """Recordings of each kind without the bytes by which their kind is known, by their fuzz targets."""
     class Pixels(bytes):
         shape, itemsize = (2, 2), 1
 
@@ -191,10 +201,14 @@ def recordings():
     targets = {}
     with tempfile.TemporaryDirectory() as folder:
         for target, magic, write in (("mcap", b"\x89MCAP0\r\n", write_mcap), ("bag", b"#ROSBAG V2.0\n", write_bag),
+                                     ("bag", b"#ROSBAG V2.0\n", lambda *args: write_bag(*args, "bz2")),
                                      ("rosbag2", b"SQLite format 3", write_database)):
-            write(os.path.join(folder, target), messages)
-            with open(os.path.join(folder, target), "rb") as f:
-                targets[target] = [f.read().removeprefix(magic)]
+            path = os.path.join(folder, str(len(targets)) + target)
+            write(path, messages)
+            with open(path, "rb") as f:
+                made = f.read()
+            for file in (made, *(mcap_in_chunks(made) if target == "mcap" else ())):
+                targets.setdefault(target, []).append(file.removeprefix(magic))
     return targets
 
 

@@ -43,13 +43,14 @@ bool IsFile(const std::string& path) {
 }
 
 // The files of a folder without metadata, in the order in which the recorder numbered them; none
-// where there is anything that rosbag2 does not write.
+// where there is anything that neither rosbag2 nor this program writes.
 std::vector<std::string> FilesIn(const std::string& folder) {
   std::vector<std::string> files;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string path = entry.path().string();
     if (path.ends_with(".db3-wal") || path.ends_with(".db3-shm")) continue;
+    if (path.ends_with(".oaslam") || path.ends_with(".localized")) continue;
     if (!IsFile(path) || path.ends_with(".bag")) return {};
     files.push_back(path);
   }
@@ -176,6 +177,13 @@ bool HasMetadata(const std::string& folder) {
          ReadTextFile(path).find(kMetadataKey) != std::string::npos;
 }
 
+// The recording that is meant: of its metadata, their folder.
+std::string Meant(const std::string& path) {
+  const fs::path file(path);
+  const std::string folder = file.has_parent_path() ? file.parent_path().string() : ".";
+  return file.filename() == kMetadata && HasMetadata(folder) ? folder : path;
+}
+
 }  // namespace
 
 std::string PlainType(std::string type) {
@@ -183,13 +191,15 @@ std::string PlainType(std::string type) {
   return type;
 }
 
-bool IsRecording(const std::string& path) {
+bool IsRecording(const std::string& given) {
+  const std::string path = Meant(given);
   std::error_code error;
   if (!fs::is_directory(path, error)) return IsFile(path);
   return HasMetadata(path) || !FilesIn(path).empty();
 }
 
-std::string StateOfRecording(const std::string& path) {
+std::string StateOfRecording(const std::string& given) {
+  const std::string path = Meant(given);
   std::error_code error;
   std::string state = fs::absolute(path, error).string();
   const auto add = [&](const fs::path& file) {
@@ -202,7 +212,8 @@ std::string StateOfRecording(const std::string& path) {
   return state;
 }
 
-std::unique_ptr<RecordingReader> OpenRecording(const std::string& path, BytesWanted wanted) {
+std::unique_ptr<RecordingReader> OpenRecording(const std::string& given, BytesWanted wanted) {
+  const std::string path = Meant(given);
   std::error_code error;
   if (!fs::is_directory(path, error)) return OpenFile(path, std::move(wanted));
   std::vector<std::string> files = HasMetadata(path) ? FilesOfMetadata(path) : FilesIn(path);

@@ -317,6 +317,15 @@ TEST(RecordingReader, TellsRecordingsFromOtherFiles) {
   folder.Write("mixed/mav0/cam0/data.csv", "");  // a dataset with its recording beside it
   EXPECT_FALSE(IsRecording(folder / "mixed"));
   EXPECT_TRUE(IsRecording(folder.Write("x.dat", Mcap({}, 0))));
+  // Results of a run beside the file of a rosbag2.
+  folder.Write("killed/a.mcap", Mcap(SomeMessages(), 0));
+  folder.Write("killed/a.oaslam/frames.csv", "");
+  EXPECT_TRUE(IsRecording(folder / "killed"));
+  EXPECT_FALSE(IsRecording(folder / "killed/metadata.yaml"));
+  const std::string metadata = folder.Write(
+      "killed/metadata.yaml", "rosbag2_bagfile_information: {relative_file_paths: [a.mcap]}\n");
+  EXPECT_TRUE(IsRecording(metadata));
+  EXPECT_TRUE(ReadAll(metadata).messages == SomeMessages());
 }
 
 TEST(Crc32, IsThatOfZip) { EXPECT_EQ(CrcOf("123456789"), 0xcbf43926); }
