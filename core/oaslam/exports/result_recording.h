@@ -43,9 +43,9 @@ class ResultRecording {
   ResultTopics topics_;
   uint16_t path_;
   std::string state_;
-  WorldId world_;  // of the last image
   bool is_map_urgent_ = false;
-  std::optional<uint64_t> version_;  // of the map that was written
+  WorldId world_;                    // of the map that was written
+  std::optional<uint64_t> version_;  // of it
   double next_map_s_ = 0;
   Rigid3::Rotation map_from_world_ = Rigid3::Rotation::Identity();
 };

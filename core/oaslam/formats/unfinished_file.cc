@@ -17,7 +17,9 @@ std::string OtherName(const std::string& path, const std::string& extension) {
 }  // namespace
 
 UnfinishedFile::UnfinishedFile(const std::string& path, const std::string& extension)
-    : path_(path), name_(OtherName(path, extension)), leftover_(name_) {}
+    : path_(path), name_(OtherName(path, extension)), leftover_(name_) {
+  unlink(name_.c_str());  // that of a process of the same number, which was killed
+}
 
 UnfinishedFile::~UnfinishedFile() { unlink(name_.c_str()); }
 

@@ -31,8 +31,17 @@ bool HasMagic(const std::string& path, std::string_view magic) {
   return file.read(head.data(), static_cast<std::streamsize>(head.size())) && head == magic;
 }
 
+// The extension of a file that was compressed as a whole, as rosbag2 (.zstd) or zstd (.zst) calls
+// it.
+std::string PackedExtension(const std::string& path) {
+  const fs::path file(path);
+  const bool is_packed = file.extension() == ".zstd" || file.extension() == ".zst";
+  return is_packed ? file.stem().extension().string() : "";
+}
+
 bool IsPacked(const std::string& path) {
-  return path.ends_with(".db3.zstd") || path.ends_with(".mcap.zstd");
+  const std::string extension = PackedExtension(path);
+  return extension == ".db3" || extension == ".mcap" || extension == ".bag";
 }
 
 bool IsFile(const std::string& path) {
@@ -51,7 +60,7 @@ std::vector<std::string> FilesIn(const std::string& folder) {
     const std::string path = entry.path().string();
     if (path.ends_with(".db3-wal") || path.ends_with(".db3-shm")) continue;
     if (path.ends_with(".oaslam") || path.ends_with(".localized")) continue;
-    if (!IsFile(path) || path.ends_with(".bag")) return {};
+    if (!IsFile(path) || path.ends_with(".bag") || PackedExtension(path) == ".bag") return {};
     files.push_back(path);
   }
   // "drive_2.mcap" before "drive_10.mcap".

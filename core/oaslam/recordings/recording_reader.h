@@ -46,8 +46,8 @@ class RecordingReader {
 };
 
 // Whether a path is a recording: an MCAP file, a ROS 1 bag, a database of rosbag2 or one of these
-// compressed as a whole (.zstd), or the folder of a rosbag2, also one without metadata.yaml, or
-// this file of it.
+// compressed as a whole (.zstd, .zst), or the folder of a rosbag2, also one without metadata.yaml,
+// or this file of it.
 bool IsRecording(const std::string& given);
 
 // What changes with the content of a recording or a file of it, as far as the file system knows.

@@ -88,6 +88,7 @@ TEST(RecordingReader, ReadsEveryContainerAlike) {
       folder.Write("zstd.mcap", Mcap(messages, 3, "zstd")),
       folder.Write("lz4.mcap", Mcap(messages, 3, "lz4")),
       folder.Write("whole.mcap.zstd", Packed("zstd", Mcap(messages, 3))),
+      folder.Write("whole.bag.zst", Packed("zstd", RosBag(messages, 3))),
       folder.Write("plain.bag", RosBag(messages, 3)),
       folder.Write("bz2.bag", RosBag(messages, 3, "bz2")),
       folder.Write("lz4.bag", RosBag(messages, 3, "lz4")),
