@@ -30,10 +30,11 @@ void TakeCamera(const RecordingSummary& summary, const TopicSummary& images, Sid
   }
   try {
     side.recorded_camera = CameraOf(summary, images);
-    taken.push_back(side.recorded_camera
-                        ? fmt::format("camera {}{}", info->topic.name,
-                                      IsRectified(images) ? " (P, of rectified images)" : "")
-                        : info->topic.name + " not, since it is not calibrated (K is 0)");
+    taken.push_back(
+        side.recorded_camera
+            ? fmt::format("camera {}{}", info->topic.name,
+                          IsRectified(images) ? " (P, of rectified images)" : "")
+            : fmt::format("no camera: {} is not calibrated (K is 0)", info->topic.name));
   } catch (const InputError& error) {
     spdlog::warn("{} (the camera is left out; --camera gives it)", error.what());
   }
@@ -62,9 +63,9 @@ void TakeImu(const RecordingSummary& summary, const TopicSummary& images, const 
   const bool is_calibrated = !IsAutoCamera(camera) && LoadCameraFromImu(camera).has_value();
   if (!cam_from_imu && !is_calibrated && !is_asked) {
     taken.push_back(fmt::format(
-        "IMU {} not, since /tf_static does not tell how its frame \"{}\" lies to the camera's "
-        "\"{}\" (--imu {} takes it with the camera's axes)",
-        name, topics.gyroscope->frame, images.frame, name));
+        "no IMU: /tf_static does not tell how the frame \"{1}\" of {0} lies to the camera's "
+        "\"{2}\" (--imu {0} takes it with the camera's axes)",
+        name, topics.gyroscope->frame, images.frame));
     return;
   }
   ImuTable table;
@@ -228,7 +229,7 @@ void TakeDetections(const RecordingSummary& summary, const TopicSummary& images,
     if (topic.kind == TopicKind::kDetections) topics.push_back(&topic);
   if (topics.empty() || !into.detector || !into.side->detections.empty()) return;
   if (topics.size() > 1) {
-    taken.push_back(fmt::format("detections not, of which there are {} topics", topics.size()));
+    taken.push_back(fmt::format("no detections: there are {} topics of them", topics.size()));
     return;
   }
   DetectionFile file = DetectionsOf(*topics[0], images);

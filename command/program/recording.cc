@@ -38,6 +38,24 @@ std::vector<Detection> InPicture(std::vector<Detection> detections, const Camera
   return detections;
 }
 
+// For people; empty: is shown otherwise.
+std::string TextOf(const SlamEvent& event) {
+  const std::string submap =
+      event.submap.IsValid() ? "world " + ToString(event.submap) : "a submap";
+  switch (event.kind) {
+    case SlamEventKind::kSubmapBegan:
+      return "a submap grows: " + submap;
+    case SlamEventKind::kSubmapJoined:
+      return submap + " was joined with the map";
+    case SlamEventKind::kLoopClosed:
+      return "a loop was closed";
+    case SlamEventKind::kMetric:
+      return "the map is in metres";
+    default:
+      return "";
+  }
+}
+
 }  // namespace
 
 CLI::Option* AddRecordingOptions(CLI::App& app, RecordingSettings& settings) {
@@ -69,6 +87,17 @@ void Recording::Begin(const Slam& slam, const Camera& camera) {
   const MapSnapshot map = slam.Snapshot();
   names_ = map.CategoryNames();
   map_ = *MapOf(map);
+  states_ = slam.States();
+  NewEvents();
+}
+
+std::vector<std::string> Recording::NewEvents() {
+  std::vector<std::string> texts;
+  for (const SlamEvent& event : states_->EventsAfter(last_event_)) {
+    last_event_ = event.number;
+    if (std::string text = TextOf(event); !text.empty()) texts.push_back(std::move(text));
+  }
+  return texts;
 }
 
 void Recording::Add(const FrameInput& frame, ArFrame shown, RecordedResult result) {
@@ -97,10 +126,10 @@ void Recording::Add(const Slam& slam, const FrameInput& frame, const TrackingRes
   const MapSnapshot map = slam.Snapshot();
   const std::optional<Rigid3> world_from_cam = result.PoseIn(map.world());
   RecordedResult recorded{.is_lost = IsLost(result.state),
+                          .events = NewEvents(),
                           .world = map.world(),
                           .world_from_cam = world_from_cam,
                           .covariance = result.covariance};
-  for (const PoseElsewhere& other : result.elsewhere) recorded.elsewhere.push_back(other.world);
   Add(frame,
       ArFrame{.cam_from_world = InverseOf(world_from_cam),
               .map = MapOf(map).get(),

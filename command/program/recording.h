@@ -4,6 +4,7 @@
 #include <exception>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "frame_inputs.h"
 #include "oaslam/exports/result_recording.h"
@@ -43,12 +44,16 @@ class Recording {
 
  private:
   void Add(const FrameInput& frame, ArFrame shown, RecordedResult result);
+  // What happened to the map since the last call.
+  std::vector<std::string> NewEvents();
   bool IsOn() const { return video_ || results_; }
 
   Camera camera_;
   std::optional<IdealPictureMaker> pictures_;
   ClassNames names_;
   Map map_;  // as it was at Begin
+  std::optional<SlamStates> states_;
+  uint64_t last_event_ = 0;
   std::optional<VideoFile> video_;
   std::optional<ResultRecording> results_;
   std::exception_ptr failure_;

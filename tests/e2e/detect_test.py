@@ -6,8 +6,10 @@ import time
 
 import films
 import harness
+import numpy as np
 import pytest
 from harness import must_run, oaslam
+from ros_writer import Cdr, write_mcap
 
 pytestmark = harness.needs_detector
 FRAMES = 40
@@ -54,6 +56,27 @@ class TestDetect:
         assert list(counts) == [line.split()[1] for line in lines]
         must_run("run", "--images", images, "--camera", "fov:65", "--detections", found, "--out", out)
         assert [int(f["detections"]) for f in harness.read_csv(os.path.join(out, "frames.csv"))] == list(counts.values())
+
+    def test_images_of_a_recording(self, tmp_path, detector):
+        """A topic of a recording gives the boxes of its images, with the names that `run` gives these."""
+        recording, found, expected = (os.path.join(tmp_path, name) for name in ("two.mcap", "found.json", "expected.json"))
+        messages = []
+        for i, image in enumerate(films.read(VIDEO, 12)):
+            grey = image[:, :, 1].copy()
+            films.write(f"{tmp_path}/{i:06d}.png", np.repeat(grey[None, :, :, None], 3, axis=3))
+            for topic, pixels in (("/left/image_raw", grey[::-1]), ("/right/image_raw", grey)):
+                messages.append((i / 30, topic, "sensor_msgs/Image", Cdr(i / 30, "camera").image(pixels, "mono8")))
+        write_mcap(recording, messages)
+        outcome = oaslam("detect", recording, *detector, "--out", found)
+        assert outcome.code == 1 and "--topic NAME chooses one: /left/image_raw" in outcome.err, outcome
+        must_run("detect", recording, "--topic", "/right/image_raw", *detector, "--out", found, "--to", 5)
+        must_run("detect", recording, "--topic", "/right/image_raw", *detector, "--out", found, "--resume")
+        must_run("detect", tmp_path, *detector, "--out", expected)
+        boxes = [i["detections"] for i in harness.read_json(expected)]
+        assert sum(map(len, boxes)) > 12
+        assert [i["detections"] for i in harness.read_json(found)] == boxes
+        must_run("run", recording, "--topic", "/right/image_raw", *harness.clip("map_front")[2:4], "--detections", found, "--out", tmp_path / "out")
+        assert [int(f["detections"]) for f in harness.read_csv(tmp_path / "out" / "frames.csv")] == [len(b) for b in boxes]
 
     def test_goes_on_where_it_was_interrupted(self, tmp_path, detector):
         whole, parts = os.path.join(tmp_path, "whole.json"), os.path.join(tmp_path, "parts.json")

@@ -1,8 +1,10 @@
 """--record FILE.mcap and `export --format mcap`: results as messages of ROS 2, read by our reader and by others', and what cannot be written."""
+import ctypes
 import json
 import os
 import shutil
 import signal
+import struct
 import subprocess
 import time
 
@@ -27,6 +29,41 @@ def read_by_others(path):
     done = subprocess.run(["node", os.path.join(HERE, "mcap_check.mjs"), path], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done
     return json.loads(done.stdout)
+
+
+def events(path):
+    """The texts of /oaslam/events."""
+    zstd = ctypes.CDLL("libzstd.so.1")
+    zstd.ZSTD_decompress.restype = ctypes.c_size_t
+
+    def records(data):
+        at = 0
+        while at < len(data):
+            kind, length = struct.unpack_from("<BQ", data, at)
+            yield kind, data[at + 9:at + 9 + length]
+            at += 9 + length
+
+    def text(data, at):
+        at += -(at - 4) % 4  # from the beginning of the message
+        length, = struct.unpack_from("<I", data, at)
+        return data[at + 4:at + 4 + length].rstrip(b"\0").decode(), at + 4 + length
+
+    channel, texts = None, []
+    for kind, chunk in records(harness.read_bytes(path)[8:-8]):
+        if kind != 6:
+            continue
+        size, = struct.unpack_from("<Q", chunk, 16)
+        packed = chunk[28 + 4 + len("zstd") + 8:]
+        plain = ctypes.create_string_buffer(size)
+        assert zstd.ZSTD_decompress(plain, ctypes.c_size_t(size), packed, ctypes.c_size_t(len(packed))) == size
+        for kind, record in records(plain.raw):
+            if kind == 4 and b"/oaslam/events" in record:
+                channel = record[:2]
+            elif kind == 5 and record[:2] == channel:
+                message = record[22:]
+                _, at = text(message, 4 + 4 + 4 + 1)  # behind stamp and level: name, then msg
+                texts.append(text(message, at)[0])
+    return texts
 
 
 def position(value):
@@ -85,6 +122,21 @@ class TestRecordMcap(harness.InFolder):
             must_run("localize", "--map", self.map, *harness.clip("map_front"), "--from", 40, "--to", 60, "--out", self.path("localized"), "--record", path, *options)
             out = must_run("info", path).out
             assert "/oaslam/pose: geometry_msgs/PoseWithCovarianceStamped, 20 messages" in out, out
+
+    def test_events_are_those_of_the_slam(self):
+        """A camera that is dark twice: a submap begins, and what the run says of joinings and loops is recorded, and no other."""
+        subprocess.run(["ffmpeg", "-v", "error", "-i", harness.clip("map_front")[1], "-q:v", "2", self.path("%04d.jpg")], check=True)
+        subprocess.run(["ffmpeg", "-v", "error", "-f", "lavfi", "-i", "color=black:s=640x480", "-frames:v", "1", self.path("dark.jpg")], check=True)
+        names = [*range(1, 90), *["dark"] * 20, *range(150, 300), *range(90, 1, -2)]
+        with open(self.path("list.txt"), "w", encoding="utf-8") as file:
+            file.writelines(f"{i / 10} {name if name == 'dark' else f'{name:04}'}.jpg\n" for i, name in enumerate(names))
+        path = self.path("dark.mcap")
+        done = must_run("run", self.path("list.txt"), *harness.clip("map_front")[2:4], "--detector", "none", "--out", self.path("dark"), "--record", path)
+        texts = events(path)
+        assert texts[0] == "preliminary" and texts.count("lost") == 2, texts
+        assert sum(text.startswith("a submap grows: world ") for text in texts) > 0, texts
+        for said, recorded in ((", was joined: ", "was joined with the map"), ("loop closed", "a loop was closed")):
+            assert sum(recorded in text for text in texts) == done.err.count(said), (texts, done)
 
     def test_it_is_an_input_too(self):
         if os.path.isdir(ROBOTS):

@@ -1,4 +1,5 @@
 """Writes recordings of ROS, also for the seeds of the fuzz targets (tests/fuzz/make_seeds.py)."""
+import bz2
 import sqlite3
 import struct
 
@@ -68,8 +69,8 @@ def write_mcap(path, messages):
         file.write(record(15, b"\0" * 4) + record(2, b"\0" * 20) + b"\x89MCAP0\r\n")
 
 
-def write_bag(path, messages):
-    """The same as a ROS 1 bag of one chunk, whose messages are not converted: they are read as ROS 1's."""
+def write_bag(path, messages, compression="none"):
+    """The same as a ROS 1 bag of one chunk (none, bz2), whose messages are not converted: they are read as ROS 1's."""
     def text(value):
         return struct.pack("<I", len(value)) + value
 
@@ -84,7 +85,8 @@ def write_bag(path, messages):
             chunk += record(7, [conn, b"topic=" + topic.encode()], text(b"type=" + kind.encode()))
         chunk += record(2, [conn, b"time=" + struct.pack("<II", START + int(time), 0)], message.body)
     with open(path, "wb") as file:
-        file.write(b"#ROSBAG V2.0\n" + record(3, [], b"") + record(5, [b"compression=none", b"size=" + struct.pack("<I", len(chunk))], chunk))
+        packed = bz2.compress(chunk) if compression == "bz2" else chunk
+        file.write(b"#ROSBAG V2.0\n" + record(3, [], b"") + record(5, [b"compression=" + compression.encode(), b"size=" + struct.pack("<I", len(chunk))], packed))
 
 
 def write_database(path, messages):

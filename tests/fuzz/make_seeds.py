@@ -175,7 +175,18 @@ def datasets():
     return [bytes([i]) + (text if isinstance(text, bytes) else text.encode()) for i, text in enumerate(texts)]
 
 
+def mcap_in_chunks(plain):
+    """An MCAP file of write_mcap with its records in a chunk, and in one of zstd (RFC 8878, as it is)."""
+    begin, end = 8 + 9 + 12, -(9 + 4 + 9 + 20 + 8)
+    records = plain[begin:end]
+    frame = struct.pack("<IBI", 0xFD2FB528, 0xA0, len(records)) + struct.pack("<I", len(records) << 3 | 1)[:3] + records
+    for name, content in ((b"", records), (b"zstd", frame)):
+        chunk = struct.pack("<QQQII", 0, 0, len(records), 0, len(name)) + name + struct.pack("<Q", len(content)) + content
+        yield plain[:begin] + b"\6" + struct.pack("<Q", len(chunk)) + chunk + plain[end:]
+
+
 def recordings():
+    """Recordings of each kind without the bytes by which their kind is known, by their fuzz targets."""
     class Pixels(bytes):
         shape, itemsize = (2, 2), 1
 
@@ -187,13 +198,18 @@ def recordings():
                 (0, "/camera/camera_info", "sensor_msgs/CameraInfo", Cdr(0, "camera").camera_info(320, 240, 262.5)),
                 (0, "/imu", "sensor_msgs/Imu", Cdr(0, "imu").imu()),
                 (0, "/boxes", "vision_msgs/Detection2DArray", Cdr(0, "camera").detections(0, (1, 2, 3, 4), "chair"))]
-    files = []
+    targets = {}
     with tempfile.TemporaryDirectory() as folder:
-        for write in (write_mcap, write_bag, write_database):
-            write(os.path.join(folder, write.__name__), messages)
-            with open(os.path.join(folder, write.__name__), "rb") as f:
-                files.append(f.read())
-    return files
+        for target, magic, write in (("mcap", b"\x89MCAP0\r\n", write_mcap), ("bag", b"#ROSBAG V2.0\n", write_bag),
+                                     ("bag", b"#ROSBAG V2.0\n", lambda *args: write_bag(*args, "bz2")),
+                                     ("rosbag2", b"SQLite format 3", write_database)):
+            path = os.path.join(folder, str(len(targets)) + target)
+            write(path, messages)
+            with open(path, "rb") as f:
+                made = f.read()
+            for file in (made, *(mcap_in_chunks(made) if target == "mcap" else ())):
+                targets.setdefault(target, []).append(file.removeprefix(magic))
+    return targets
 
 
 def seeds():
@@ -209,7 +225,7 @@ def seeds():
         "list": [b"# time path\n0.5 rgb/a.png\n0.6,rgb/b.png\n", b"1500000000.1.png\n1500000000.033333.png\n",
                  b"0.5 rgb/a.png 0.5 depth/a.png\n", b"#timestamp [ns],filename\n1403636579763555584,a.png\n",
                  "".join(f"{100 + i - 50 * (i > 5)} a.png\n" for i in range(12)).encode()],
-        "recording": recordings(),
+        **recordings(),
         "trajectory": [b"# time x y z qx qy qz qw\n0.5 1 2 3 0 0 0 1\n1.5 1 2 3 0 0 1 0 0.9\n",
                        b"#timestamp [ns],p_x,p_y,p_z,q_w,q_x,q_y,q_z\n1403636579763555584,1,2,3,1,0,0,0\n",
                        b"1 0 0 1 0 1 0 2 0 0 1 3\n", b"\xff\xfe0\0 \0" + "1 2 3 0 0 0 1\n".encode("utf-16-le")],

@@ -6,11 +6,12 @@
 #include "oaslam/exports/map_export.h"
 #include "oaslam/exports/map_scene.h"
 #include "oaslam/exports/result_topics.h"
+#include "oaslam/formats/unfinished_file.h"
 
 namespace oaslam {
+namespace {
 
-void ExportMcap(const std::string& path, const SavedMap& saved) {
-  ResultTopics topics(path);
+void WriteMcap(const SavedMap& saved, ResultTopics& topics) {
   topics.SetMapFromWorld(RosFromWorld(saved.map));
   std::vector<std::vector<StampedPose>> all = FinalTrajectories(saved);
   double begin = std::numeric_limits<double>::infinity();
@@ -24,6 +25,15 @@ void ExportMcap(const std::string& path, const SavedMap& saved) {
       topics.AddTransform(pose.timestamp, place + kCameraFrame, pose.world_from_cam);
   }
   topics.Finish();
+}
+
+}  // namespace
+
+void ExportMcap(const std::string& path, const SavedMap& saved) {
+  ReplaceFile(path, [&](const std::string& written) {
+    ResultTopics topics(written, path);
+    WriteMcap(saved, topics);
+  });
 }
 
 }  // namespace oaslam

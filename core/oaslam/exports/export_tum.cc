@@ -18,7 +18,7 @@ void ExportTum(const std::string& path, const SavedMap& saved) {
     if (!joined.empty() && poses.front().timestamp <= joined.back().timestamp)
       throw BadInput(
           "{}: the map is of {} recordings whose times overlap: {}. Export "
-          "one of them, or to a folder, which gets a file of each",
+          "one of them (--recording), or to a folder, which gets a file of each",
           path, saved.recordings.size(), Describe(saved.recordings));
     joined.insert(joined.end(), poses.begin(), poses.end());
   }

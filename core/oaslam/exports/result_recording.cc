@@ -25,41 +25,18 @@ ResultRecording::ResultRecording(const std::string& path)
     : topics_(path), path_(topics_.AddPathTopic("/oaslam/path")) {}
 
 void ResultRecording::Add(const RecordedResult& result, const ClassNames& names) {
-  AddEvents(result);
-  if (result.map) AddMap(result, names);
-  if (result.world_from_cam) {
-    topics_.AddTransform(result.timestamp, kCameraFrame, *result.world_from_cam);
-    topics_.AddPose(result.timestamp, *result.world_from_cam, result.covariance);
-  }
-  topics_.AddPicture(result.timestamp, result.picture, result.camera);
-  topics_.AddDetections(result.timestamp, result.detections, names);
-}
-
-void ResultRecording::AddEvents(const RecordedResult& result) {
   const double time = result.timestamp;
   if (result.state != state_) topics_.AddEvent(time, result.is_lost, result.state);
   state_ = result.state;
-  const size_t joined_before = joined_.size();
-  // While the camera is lost, a pose elsewhere is one in a submap that grows.
-  for (const WorldId world : result.elsewhere) {
-    if (joined_.contains(world)) continue;
-    if (result.is_lost) {
-      if (growing_.insert(world).second)
-        topics_.AddEvent(time, false, fmt::format("a submap grows: world {}", ToString(world)));
-    } else {
-      joined_.insert(world);
-      is_map_urgent_ = true;
-      topics_.AddEvent(time, false,
-                       fmt::format("world {} was joined with the map", ToString(world)));
-    }
+  for (const std::string& event : result.events) topics_.AddEvent(time, false, event);
+  is_map_urgent_ |= !result.events.empty();
+  if (result.map) AddMap(result, names);
+  if (result.world_from_cam) {
+    topics_.AddTransform(time, kCameraFrame, *result.world_from_cam);
+    topics_.AddPose(time, *result.world_from_cam, result.covariance);
   }
-  const int loops = result.map ? result.map->loops_closed : 0;
-  // What is joined adds to the number of loops.
-  if (loops > loops_ && result.world == world_ && joined_.size() == joined_before) {
-    is_map_urgent_ = true;
-    topics_.AddEvent(time, false, fmt::format("a loop was closed, number {} of this map", loops));
-  }
-  loops_ = loops;
+  topics_.AddPicture(time, result.picture, result.camera);
+  topics_.AddDetections(time, result.detections, names);
 }
 
 void ResultRecording::AddMap(const RecordedResult& result, const ClassNames& names) {

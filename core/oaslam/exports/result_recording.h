@@ -2,7 +2,6 @@
 
 #include <opencv2/core.hpp>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -16,10 +15,11 @@ struct RecordedResult {
   double timestamp = 0;  // seconds
   std::string state{};   // "tracking"...
   bool is_lost = false;
+  // What happened to the map, a sentence for people each.
+  std::vector<std::string> events{};
   WorldId world{};                         // of the map
   std::optional<Rigid3> world_from_cam{};  // nothing while the camera is lost
   PoseCovariance covariance = PoseCovariance::Zero();
-  std::vector<WorldId> elsewhere{};     // other worlds in which the camera has a pose
   const Map* map = nullptr;             // null while there is none
   Camera camera{};                      // of the picture; its distortion is ignored
   cv::Mat picture{};                    // 8-bit BGR, without distortion
@@ -27,7 +27,7 @@ struct RecordedResult {
 };
 
 // Records a run image by image (ResultTopics). The map is written when it has changed, at most once
-// a second, and less often as it grows, so that a recording grows steadily.
+// a second, and less often as it grows, so that a recording grows steadily; after an event at once.
 class ResultRecording {
  public:
   // Throws as McapWriter does.
@@ -36,7 +36,6 @@ class ResultRecording {
   void Finish() { topics_.Finish(); }
 
  private:
-  void AddEvents(const RecordedResult& result);
   void AddMap(const RecordedResult& result, const ClassNames& names);
   // Turns the frame `map` where the map knows its vertical better.
   void Level(const RecordedResult& result, bool is_new_world);
@@ -44,11 +43,9 @@ class ResultRecording {
   ResultTopics topics_;
   uint16_t path_;
   std::string state_;
-  WorldId world_;  // of the last image
-  std::set<WorldId> joined_, growing_;
-  int loops_ = 0;
   bool is_map_urgent_ = false;
-  std::optional<uint64_t> version_;  // of the map that was written
+  WorldId world_;                    // of the map that was written
+  std::optional<uint64_t> version_;  // of it
   double next_map_s_ = 0;
   Rigid3::Rotation map_from_world_ = Rigid3::Rotation::Identity();
 };

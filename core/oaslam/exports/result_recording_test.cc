@@ -5,7 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "expect_input_error.h"
 #include "folder_test.h"
+#include "full_disk.h"
 #include "oaslam/exports/map_export.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/recordings/recording_reader.h"
@@ -244,21 +246,20 @@ TEST_F(ResultRecordings, TellEvents) {
   looped.loops_closed = saved.map.loops_closed + 1;
   for (size_t i = 0; i < results.size(); ++i) results[i].timestamp += 0.01 * static_cast<double>(i);
   results[1].state = "lost", results[1].is_lost = true, results[1].world_from_cam.reset();
-  results[2] = results[1], results[2].elsewhere = {WorldId(8)};
-  results[3].elsewhere = {WorldId(8)};
-  results[4].elsewhere = {WorldId(8)}, results[4].map = &looped;
+  results[2] = results[1], results[2].events = {"a submap grows"};
+  results[3].events = {"joined"};
+  // A joined submap has loops of its own: their number tells of none that was closed.
+  results[4].map = &looped, results[4].events = {"corrected"};
   results[5].world = WorldId(9), results[5].map = &other;
-  other.loops_closed = 7;
   const Messages all = Record(results);
   const std::vector<std::string> texts = Texts(all.at("/oaslam/events"));
-  EXPECT_THAT(texts, testing::ElementsAre("tracking", "lost", "a submap grows: world 8", "tracking",
-                                          "world 8 was joined with the map",
-                                          testing::HasSubstr("loop was closed"),
-                                          testing::HasSubstr("turned by 5.7 degrees"),
-                                          testing::HasSubstr("another unit: world 9")));
+  EXPECT_THAT(texts,
+              testing::ElementsAre("tracking", "lost", "a submap grows", "tracking", "joined",
+                                   "corrected", testing::HasSubstr("turned by 5.7 degrees"),
+                                   testing::HasSubstr("another unit: world 9")));
   EXPECT_EQ(all.at("/oaslam/events")[1]["level"], 30);
-  // What was joined, the loop and the other map are written at once; without a pose there is none.
-  EXPECT_EQ(all.at("/oaslam/path").size(), 4U);
+  // After an event, and where it is another map, it is written at once.
+  EXPECT_EQ(all.at("/oaslam/path").size(), 5U);
   EXPECT_EQ(all.at("/tf").size(), 4U);
   EXPECT_EQ(all.at("/oaslam/image/compressed").size(), 6U);
 }
@@ -271,6 +272,20 @@ TEST_F(ResultRecordings, ASavedMapIsOneToo) {
   EXPECT_EQ(all.at("/oaslam/path").at(0)["poses"].size(), saved.map.keyframes.size());
   EXPECT_EQ(all.at("/oaslam/landmarks").at(0)["width"], saved.map.landmarks.size());
   EXPECT_FALSE(all.contains("/oaslam/pose"));
+}
+
+TEST_F(ResultRecordings, ASavedMapThatFindsNoRoomLeavesTheFormerFile) {
+  ExportMcap(path, saved);
+  const std::string before = folder.Read("a.mcap");
+  saved.map.landmarks = {};
+  {
+    const FullDisk full(1000);
+    EXPECT_INPUT_ERROR(ExportMcap(path, saved), testing::StartsWith(path + ": cannot be written"));
+  }
+  EXPECT_EQ(folder.Read("a.mcap"), before);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
+  ExportMcap(path, saved);
+  EXPECT_NE(folder.Read("a.mcap"), before);
 }
 
 }  // namespace

@@ -117,8 +117,8 @@ Rigid3::Rotation RosFromWorld(const Map& map) {
   return Rigid3::Rotation(turned);
 }
 
-ResultTopics::ResultTopics(const std::string& path)
-    : file_(path),
+ResultTopics::ResultTopics(const std::string& path, const std::string& name)
+    : file_(path, name),
       transforms_(file_.AddTopic("/tf", "tf2_msgs/TFMessage")),
       pose_(file_.AddTopic("/oaslam/pose", "geometry_msgs/PoseWithCovarianceStamped")),
       landmarks_(file_.AddTopic("/oaslam/landmarks", "sensor_msgs/PointCloud2")),

@@ -27,7 +27,8 @@ inline constexpr char kCameraFrame[] = "camera_optical_frame";
 // McapWriter does.
 class ResultTopics {
  public:
-  explicit ResultTopics(const std::string& path);
+  // As of McapWriter.
+  explicit ResultTopics(const std::string& path, const std::string& name = "");
 
   // How the frame `map` lies to the world from now on.
   void SetMapFromWorld(const Rigid3::Rotation& rotation) {

@@ -6,6 +6,9 @@
 #include <atomic>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+
+#include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
@@ -41,6 +44,13 @@ void RemoveLeftovers() noexcept {
       char* free_place = nullptr;
       leftovers[i].compare_exchange_strong(free_place, path);
     }
+}
+
+std::string TemporaryPattern() {
+  std::error_code error;
+  const std::filesystem::path folder = std::filesystem::temp_directory_path(error);
+  if (error) throw BadInput("the folder for temporary files: {}", error.message());
+  return (folder / "oaslam-XXXXXX").string();
 }
 
 }  // namespace oaslam

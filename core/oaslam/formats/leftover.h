@@ -22,4 +22,8 @@ class Leftover {
 // after which the program has to end.
 void RemoveLeftovers() noexcept;
 
+// A path in the folder of temporary files, of which mkstemp or mkdtemp makes a name. Throws
+// InputError where there is no such folder.
+std::string TemporaryPattern();
+
 }  // namespace oaslam

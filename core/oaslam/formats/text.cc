@@ -1,7 +1,6 @@
 #include "oaslam/formats/text.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 #include <utf8proc.h>
 
 #include <algorithm>
@@ -13,7 +12,7 @@
 #include <numeric>
 #include <system_error>
 
-#include "oaslam/formats/leftover.h"
+#include "oaslam/formats/unfinished_file.h"
 #include "oaslam/util/bad_input.h"
 #include "oaslam/util/lower.h"
 #include "oaslam/util/printable.h"
@@ -57,29 +56,15 @@ std::string ReadTextFile(const std::string& path) {
 }
 
 void WriteTextFile(const std::string& path, const std::string& content) {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  const fs::file_type type = fs::symlink_status(path, error).type();
-  const bool is_plain = type == fs::file_type::regular || type == fs::file_type::not_found;
-  // Devices, pipes and links are not replaced. Two processes may write the same file.
-  const std::string written = is_plain ? fmt::format("{}.{}.tmp", path, getpid()) : path;
-  const Leftover leftover(is_plain ? written : "");
-  errno = 0;
-  std::ofstream file(written, std::ios::binary | std::ios::trunc);
-  const bool is_open = file.is_open();
-  file << content;
-  file.close();
-  bool success = static_cast<bool>(file);
-  const int reason = errno;
-  error = {success ? 0 : reason, std::generic_category()};
-  if (is_plain && success) {
-    fs::rename(written, path, error);
-    success = !error;
-  }
-  if (success) return;
-  const std::string why = error ? ": " + error.message() : "";
-  if (is_plain && is_open) fs::remove(written, error);
-  throw BadInput("{}: cannot be written{}", path, why);
+  ReplaceFile(path, [&](const std::string& written) {
+    errno = 0;
+    std::ofstream file(written, std::ios::binary | std::ios::trunc);
+    file << content;
+    file.close();
+    if (file) return;
+    const std::error_code error(errno, std::generic_category());
+    throw BadInput("{}: cannot be written{}", path, error ? ": " + error.message() : "");
+  });
 }
 
 std::optional<double> ParseNumber(std::string_view text) {

@@ -1,37 +1,15 @@
 #include "oaslam/formats/text.h"
 
-#include <sys/resource.h>
-
-#include <csignal>
 #include <filesystem>
 
 #include "expect_input_error.h"
+#include "full_disk.h"
 #include "temp_folder.h"
 
 namespace oaslam {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Limits the size of this process's files while it exists, like a full disk.
-class FullDisk {
- public:
-  explicit FullDisk(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
-    getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit limit{bytes, before_.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~FullDisk() {
-    setrlimit(RLIMIT_FSIZE, &before_);
-    std::signal(SIGXFSZ, handler_);
-  }
-  FullDisk(const FullDisk&) = delete;
-  FullDisk& operator=(const FullDisk&) = delete;
-
- private:
-  rlimit before_{};
-  void (*handler_)(int);
-};
 
 TEST(ReadTextFile, ADeviceWithoutEndIsRefused) {
   EXPECT_INPUT_ERROR(ReadTextFile("/dev/zero"), HasSubstr("larger than 1024 MiB"));

@@ -90,6 +90,17 @@ void CheckOptions(const ImageSourceOptions& options) {
     throw BadInput("--fps {}: allowed: above 0 to 10000", *options.fps);
 }
 
+// A recording in a folder, the first by name; empty: there is none.
+std::string RecordingIn(const std::string& folder) {
+  std::string first;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string path = entry.path().string();
+    if ((first.empty() || path < first) && IsRecording(path)) first = path;
+  }
+  return first;
+}
+
 // All images of a source that is no video and no camera, of which the range has some.
 std::optional<std::vector<ListedImage>> ListChecked(const std::string& source,
                                                     const ImageSourceOptions& options) {
@@ -99,8 +110,9 @@ std::optional<std::vector<ListedImage>> ListChecked(const std::string& source,
   if (!images) return std::nullopt;
   if (images->empty()) {
     std::error_code error;
-    const std::string below =
-        fs::is_directory(source, error) ? FolderOfImagesBelow(source) : std::string();
+    std::string below;
+    if (fs::is_directory(source, error)) below = FolderOfImagesBelow(source);
+    if (below.empty()) below = RecordingIn(source);
     throw BadInput("{}: no images{}", source, below.empty() ? "" : "; there are some in " + below);
   }
   if (options.from >= static_cast<int>(images->size()))

@@ -235,6 +235,10 @@ TEST_F(ImageSourceTest, WhereTheImagesAreIsSaid) {
   EXPECT_INPUT_ERROR(ReadAll(folder.path()), HasSubstrs("no images", folder / "cam0/data"));
   for (const char* pattern : {"cam0/data/%06d.png", "cam0/data/*.png"})
     EXPECT_INPUT_ERROR(ReadAll(folder / pattern), HasSubstrs("no such file", "give the folder"));
+  for (const char* name : {"b.bag", "a.bag", "c.txt"})
+    folder.Write(std::string("drives/") + name, "#ROSBAG V2.0\n");
+  EXPECT_INPUT_ERROR(ReadAll(folder / "drives"),
+                     HasSubstrs("no images; there are some in", folder / "drives/a.bag"));
 }
 
 TEST_F(ImageSourceTest, ListsFindNamesInEitherNormalForm) {

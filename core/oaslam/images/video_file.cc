@@ -1,7 +1,6 @@
 #include "oaslam/images/video_file.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -58,8 +57,7 @@ double FrameRateOf(const std::vector<double>& timestamps) {
 VideoFile::VideoFile(const std::string& path)
     : path_(path),
       // Of a relative path, a colon may end the name of a protocol.
-      written_path_(fmt::format("{}.{}.tmp.mp4", fs::absolute(path).string(), getpid())),
-      leftover_(written_path_) {
+      written_(fs::absolute(path).string(), ".tmp.mp4") {
   if (fs::path(path).extension() != ".mp4")
     throw BadInput("{}: not a video that can be written; allowed: .mp4", path);
   std::error_code error;
@@ -67,9 +65,9 @@ VideoFile::VideoFile(const std::string& path)
   if (!folder.empty() && !fs::is_directory(folder, error))
     throw BadInput("{}: there is no folder {}", path, folder.string());
   if (fs::is_directory(path, error)) throw BadInput("{}: is a folder", path);
-  if (!std::ofstream(written_path_, std::ios::binary))
+  if (!std::ofstream(written_.name(), std::ios::binary))
     throw BadInput("{}: cannot be written", path);
-  fs::remove(written_path_, error);
+  fs::remove(written_.name(), error);
 }
 
 VideoFile::~VideoFile() {
@@ -87,7 +85,7 @@ void VideoFile::Open() {
   auto writer = std::make_unique<cv::VideoWriter>();
   for (const char* code : {"avc1", "mp4v"}) {
     const int fourcc = cv::VideoWriter::fourcc(code[0], code[1], code[2], code[3]);
-    if (!writer->open(written_path_, backend, fourcc, FrameRateOf(timestamps_), size)) continue;
+    if (!writer->open(written_.name(), backend, fourcc, FrameRateOf(timestamps_), size)) continue;
     writer_ = std::move(writer);
     for (const cv::Mat& picture : std::exchange(first_, {})) Write(picture);
     return;
@@ -115,12 +113,8 @@ void VideoFile::Finish() {
   writer_->release();
   writer_.reset();
   // Encoders do not report a full disk.
-  const bool is_whole = FramesIn(written_path_) == count_;
-  std::error_code error;
-  if (is_whole) fs::rename(written_path_, path_, error);
-  if (is_whole && !error) return;
-  fs::remove(written_path_, error);
-  throw BadInput("{}: could not be written whole", path_);
+  if (FramesIn(written_.name()) != count_ || written_.Rename())
+    throw BadInput("{}: could not be written whole", path_);
 }
 
 }  // namespace oaslam

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "oaslam/formats/leftover.h"
+#include "oaslam/formats/unfinished_file.h"
 
 namespace cv {
 class VideoWriter;
@@ -35,8 +35,8 @@ class VideoFile {
   void Open();
   void Write(const cv::Mat& picture);
 
-  std::string path_, written_path_;  // written under another name, and renamed when it is complete
-  Leftover leftover_;
+  std::string path_;
+  UnfinishedFile written_;
   std::vector<cv::Mat> first_;  // pictures kept until the rate is known
   std::vector<double> timestamps_;
   std::unique_ptr<cv::VideoWriter> writer_;

@@ -1,9 +1,6 @@
-#include <algorithm>
 #include <map>
 #include <utility>
 
-#include "oaslam/recordings/containers.h"
-#include "oaslam/recordings/decompression.h"
 #include "oaslam/recordings/record_nest.h"
 #include "oaslam/util/bad_input.h"
 
@@ -42,40 +39,30 @@ T NumberField(const BagFields& fields, std::string_view name, const RecordBytes&
   return value;
 }
 
-struct BagConnection {
-  RecordedTopic topic;
-  size_t wanted = 0;  // bytes
-};
-
-// Reads from front to back, which needs no index and also takes a .bag.active.
-class BagReader : public RecordingReader {
+class BagReader : public RecordsReader {
  public:
   BagReader(const RecordingFile& file, BytesWanted wanted)
-      : name_(file.name), wanted_(std::move(wanted)), nest_(file.path, file.name) {
-    nest_.in().Skip(kBagMagic.size());
-  }
+      : RecordsReader(file, kBagMagic, std::move(wanted)) {}
 
   std::optional<RecordedMessage> Next() override {
     while (true) {
       nest_.Leave();
-      if (nest_.IsAtEnd(1)) return nest_.is_cut() ? End() : std::nullopt;
+      if (nest_.IsAtEnd(1)) return nest_.is_cut() ? EndEarly() : std::nullopt;
       const std::optional<BagFields> fields = EnterRecord();
-      if (!fields) return End();
+      if (!fields) return EndEarly();
       RecordBytes& in = nest_.in();
       const auto kind = NumberField<uint8_t>(*fields, "op", in);
-      if (in.left() < data_size_ && kind != kBagChunk) return End();
+      if (in.left() < data_size_ && kind != kBagChunk) return EndEarly();
       if (kind == kBagHeader)
         CheckEncryption(*fields);
       else if (kind == kBagConnection)
         ReadConnection(*fields, in);
       else if (kind == kBagMessage)
-        return ReadMessage(*fields, in);
+        return ReadBagMessage(*fields, in);
       else if (kind == kBagChunk)
         ReadChunk(*fields, in);
     }
   }
-
-  std::string Place() const override { return nest_.in().Place(); }
 
  private:
   // A length; nothing where the file ends in it.
@@ -107,23 +94,19 @@ class BagReader : public RecordingReader {
   }
 
   void ReadConnection(const BagFields& fields, RecordBytes& in) {
-    BagConnection connection;
-    connection.topic = {TextField(fields, "topic", in), "", MessageEncoding::kRos1, "ros1"};
+    RecordedTopic topic = {TextField(fields, "topic", in), "", MessageEncoding::kRos1, "ros1"};
     const auto id = NumberField<uint32_t>(fields, "conn", in);
-    connection.topic.type = TextField(ReadBagFields(in), "type", in);
-    connection.wanted = wanted_(connection.topic);
-    connections_.try_emplace(id, std::move(connection));
+    topic.type = TextField(ReadBagFields(in), "type", in);
+    AddTopic(id, std::move(topic));
   }
 
-  RecordedMessage ReadMessage(const BagFields& fields, RecordBytes& in) {
-    const auto found = connections_.find(NumberField<uint32_t>(fields, "conn", in));
-    if (found == connections_.end()) in.Refuse("a message of a connection that is not there");
+  RecordedMessage ReadBagMessage(const BagFields& fields, RecordBytes& in) {
+    const auto id = NumberField<uint32_t>(fields, "conn", in);
     const auto time = NumberField<uint64_t>(fields, "time", in);
     constexpr int64_t kSecond = 1'000'000'000;
     const int64_t log_time =
         static_cast<int64_t>(time & 0xffffffff) * kSecond + static_cast<int64_t>(time >> 32);
-    const BagConnection& known = found->second;
-    return {&known.topic, log_time, in.Take(std::min<uint64_t>(known.wanted, in.left()))};
+    return ReadMessage(id, log_time, in);
   }
 
   // A chunk that is not compressed is read where it lies.
@@ -137,17 +120,7 @@ class BagReader : public RecordingReader {
     nest_.EnterChunk(Decompress(compression, in.Take(in.left()), size, place), place);
   }
 
-  std::optional<RecordedMessage> End() {
-    problem_ = fmt::format("{}: ends early, at byte {}: what comes before is used", name_,
-                           nest_.in().size());
-    return std::nullopt;
-  }
-
-  std::string name_;
-  BytesWanted wanted_;
-  RecordNest nest_;
   uint64_t data_size_ = 0;  // of the record that is being read
-  std::map<uint32_t, BagConnection> connections_;
 };
 
 }  // namespace

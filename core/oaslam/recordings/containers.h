@@ -7,9 +7,17 @@
 
 namespace oaslam {
 
-// A file of a recording, and what messages call it.
+// A file of a recording, and what messages call it: itself, or the compressed file of which it is a
+// copy. A copy has a path only as long as its descriptor is open, and no other name.
 struct RecordingFile {
   std::string path, name;
+
+  bool IsCopy() const { return path != name; }
+};
+
+struct WantedTopic {
+  RecordedTopic topic;
+  size_t wanted = 0;  // bytes of each message
 };
 
 // The readers of one file each, by its kind.

@@ -103,7 +103,7 @@ void DecompressFile(const std::string& from, const std::string& to) {
     }
   }
   if (!out.flush())
-    throw BadInput("{}: no room to decompress it as {} (TMPDIR tells where)", from, to);
+    throw BadInput("{}: no room to decompress it in the folder of temporary files (TMPDIR)", from);
 }
 
 uint32_t Crc32(ByteView bytes) {

@@ -1,37 +1,26 @@
-#include <algorithm>
 #include <map>
 #include <utility>
 
-#include "oaslam/recordings/containers.h"
-#include "oaslam/recordings/decompression.h"
 #include "oaslam/recordings/record_nest.h"
 #include "oaslam/util/bad_input.h"
 
 namespace oaslam {
 namespace {
 
-struct McapChannel {
-  RecordedTopic topic;
-  size_t wanted = 0;  // bytes
-};
-
-// Reads from front to back, which needs no index and also takes an unfinished file.
-class McapReader : public RecordingReader {
+class McapReader : public RecordsReader {
  public:
   McapReader(const RecordingFile& file, BytesWanted wanted)
-      : name_(file.name), wanted_(std::move(wanted)), nest_(file.path, file.name) {
-    nest_.in().Skip(kMcapMagic.size());
-  }
+      : RecordsReader(file, kMcapMagic, std::move(wanted)) {}
 
   std::optional<RecordedMessage> Next() override {
     constexpr uint64_t kHead = 9;  // the kind, and the length of the rest
     while (true) {
       nest_.Leave();
-      if (nest_.IsAtEnd(kHead)) return End();
+      if (nest_.IsAtEnd(kHead)) return EndEarly();
       RecordBytes& in = nest_.in();
       const auto kind = in.Get<McapRecord>();
       const auto length = in.Get<uint64_t>();
-      if (!nest_.HasAll(length) && kind != McapRecord::kChunk) return End();
+      if (!nest_.HasAll(length) && kind != McapRecord::kChunk) return EndEarly();
       if (!nest_.is_in_chunk() && (kind == McapRecord::kDataEnd || kind == McapRecord::kFooter))
         return std::nullopt;
       nest_.Enter(length);
@@ -40,13 +29,11 @@ class McapReader : public RecordingReader {
       else if (kind == McapRecord::kChannel)
         ReadChannel(in);
       else if (kind == McapRecord::kMessage)
-        return ReadMessage(in);
+        return ReadMcapMessage(in);
       else if (kind == McapRecord::kChunk)
         ReadChunk(in);
     }
   }
-
-  std::string Place() const override { return nest_.in().Place(); }
 
  private:
   void ReadSchema(RecordBytes& in) {
@@ -57,27 +44,23 @@ class McapReader : public RecordingReader {
   void ReadChannel(RecordBytes& in) {
     const auto id = in.Get<uint16_t>();
     const auto schema = in.Get<uint16_t>();
-    McapChannel channel;
-    channel.topic.name = in.Text();
-    channel.topic.encoding_name = in.Text();
-    channel.topic.encoding = channel.topic.encoding_name == "cdr"    ? MessageEncoding::kCdr
-                             : channel.topic.encoding_name == "ros1" ? MessageEncoding::kRos1
-                                                                     : MessageEncoding::kOther;
+    RecordedTopic topic;
+    topic.name = in.Text();
+    topic.encoding_name = in.Text();
+    topic.encoding = topic.encoding_name == "cdr"    ? MessageEncoding::kCdr
+                     : topic.encoding_name == "ros1" ? MessageEncoding::kRos1
+                                                     : MessageEncoding::kOther;
     if (const auto found = schemas_.find(schema); found != schemas_.end())
-      channel.topic.type = PlainType(found->second);
-    channel.wanted = wanted_(channel.topic);
-    // A channel is repeated in each chunk. It stays the same.
-    channels_.try_emplace(id, std::move(channel));
+      topic.type = PlainType(found->second);
+    AddTopic(id, std::move(topic));
   }
 
-  RecordedMessage ReadMessage(RecordBytes& in) {
-    const auto channel = channels_.find(in.Get<uint16_t>());
-    if (channel == channels_.end()) in.Refuse("a message of a channel that is not there");
+  RecordedMessage ReadMcapMessage(RecordBytes& in) {
+    const auto channel = in.Get<uint16_t>();
     in.Skip(sizeof(uint32_t));  // its number
     const auto log_time = static_cast<int64_t>(in.Get<uint64_t>());
     in.Skip(sizeof(uint64_t));  // when it was published
-    const McapChannel& known = channel->second;
-    return {&known.topic, log_time, in.Take(std::min<uint64_t>(known.wanted, in.left()))};
+    return ReadMessage(channel, log_time, in);
   }
 
   // A chunk that is not compressed is read where it lies.
@@ -118,17 +101,7 @@ class McapReader : public RecordingReader {
 #endif
   }
 
-  std::optional<RecordedMessage> End() {
-    problem_ = fmt::format("{}: ends early, at byte {}: what comes before is used", name_,
-                           nest_.in().size());
-    return std::nullopt;
-  }
-
-  std::string name_;
-  BytesWanted wanted_;
-  RecordNest nest_;
   std::map<uint16_t, std::string> schemas_;
-  std::map<uint16_t, McapChannel> channels_;
 };
 
 }  // namespace

@@ -61,8 +61,8 @@ ByteBuffer Compressed(ByteView plain) {
   return packed;
 }
 
-InputError CannotBeWritten(const std::string& path) {
-  return BadInput("{}: cannot be written: {}", path, std::generic_category().message(errno));
+InputError CannotBeWritten(const std::string& name) {
+  return BadInput("{}: cannot be written: {}", name, std::generic_category().message(errno));
 }
 
 }  // namespace
@@ -72,12 +72,13 @@ void McapWriter::Times::Add(uint64_t time) {
   last = std::max(last, time);
 }
 
-McapWriter::McapWriter(const std::string& path) : path_(path) {
+McapWriter::McapWriter(const std::string& path, const std::string& name)
+    : path_(path), name_(name.empty() ? path : name) {
   std::error_code error;
   is_new_ = !std::filesystem::exists(path, error);
   constexpr mode_t kForAll = 0666;  // as far as the user's umask allows
   file_ = UniqueFd(open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, kForAll));
-  if (!file_) throw CannotBeWritten(path);
+  if (!file_) throw CannotBeWritten(name_);
 }
 
 McapWriter::~McapWriter() {
@@ -249,7 +250,7 @@ void McapWriter::WriteBytes(ByteView bytes) {
 
 void McapWriter::Fail() {
   is_done_ = true;
-  throw CannotBeWritten(path_);
+  throw CannotBeWritten(name_);
 }
 
 }  // namespace oaslam

@@ -19,8 +19,9 @@ enum class McapRecord : uint8_t;
 // which names the file; nothing can be written afterwards.
 class McapWriter {
  public:
-  // A file that exists is replaced by the first message; without any, it is kept.
-  explicit McapWriter(const std::string& path);
+  // A file that exists is replaced by the first message; without any, it is kept. `name`: what
+  // errors call the file, the path unless given.
+  explicit McapWriter(const std::string& path, const std::string& name = "");
   // Finishes the file if Finish was not called; errors are not reported.
   ~McapWriter();
   McapWriter(const McapWriter&) = delete;
@@ -52,7 +53,7 @@ class McapWriter {
   void WriteBytes(ByteView bytes);
   [[noreturn]] void Fail();  // by errno
 
-  std::string path_;
+  std::string path_, name_;
   UniqueFd file_;
   bool is_new_ = false, has_begun_ = false, is_done_ = false;
   uint64_t at_ = 0;  // bytes written

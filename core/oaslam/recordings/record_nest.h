@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "oaslam/recordings/containers.h"
 #include "oaslam/recordings/decompression.h"
 
 namespace oaslam {
@@ -15,7 +17,7 @@ namespace oaslam {
 // record cannot go beyond it, nor a record beyond its chunk.
 class RecordNest {
  public:
-  RecordNest(const std::string& path, const std::string& name) : file_(path, name) {}
+  explicit RecordNest(const RecordingFile& file) : file_(file.path, file.name) {}
 
   RecordBytes& in() { return content_ ? *content_ : file_; }
   const RecordBytes& in() const { return content_ ? *content_ : file_; }
@@ -81,6 +83,44 @@ class RecordNest {
   // it lies; 0: none.
   uint64_t record_end_ = 0, outer_end_ = 0, chunk_end_ = 0;
   bool is_cut_ = false;
+};
+
+// A reader of a file of records. It reads from front to back, which needs no index and also takes
+// an unfinished file.
+class RecordsReader : public RecordingReader {
+ public:
+  std::string Place() const override { return nest_.in().Place(); }
+
+ protected:
+  RecordsReader(const RecordingFile& file, std::string_view magic, BytesWanted wanted)
+      : name_(file.name), nest_(file), wanted_(std::move(wanted)) {
+    nest_.in().Skip(magic.size());
+  }
+
+  // A topic may be told repeatedly, as in each chunk. It stays the same.
+  void AddTopic(uint32_t id, RecordedTopic topic) {
+    const size_t wanted = wanted_(topic);
+    topics_.try_emplace(id, WantedTopic{std::move(topic), wanted});
+  }
+  // The rest of the record is a message of this topic.
+  RecordedMessage ReadMessage(uint32_t id, int64_t log_time, RecordBytes& in) {
+    const auto found = topics_.find(id);
+    if (found == topics_.end()) in.Refuse("a message of a topic that is not there");
+    const WantedTopic& known = found->second;
+    return {&known.topic, log_time, in.Take(std::min<uint64_t>(known.wanted, in.left()))};
+  }
+  std::optional<RecordedMessage> EndEarly() {
+    problem_ = fmt::format("{}: ends early, at byte {}: what comes before is used", name_,
+                           nest_.in().size());
+    return std::nullopt;
+  }
+
+  std::string name_;
+  RecordNest nest_;
+
+ private:
+  BytesWanted wanted_;
+  std::map<uint32_t, WantedTopic> topics_;
 };
 
 }  // namespace oaslam

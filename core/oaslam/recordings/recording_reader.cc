@@ -1,10 +1,14 @@
 #include "oaslam/recordings/recording_reader.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <deque>
 #include <filesystem>
 #include <fstream>
+#include <mutex>
 
 #include "oaslam/formats/leftover.h"
 #include "oaslam/formats/text.h"
@@ -27,8 +31,17 @@ bool HasMagic(const std::string& path, std::string_view magic) {
   return file.read(head.data(), static_cast<std::streamsize>(head.size())) && head == magic;
 }
 
+// The extension of a file that was compressed as a whole, as rosbag2 (.zstd) or zstd (.zst) calls
+// it.
+std::string PackedExtension(const std::string& path) {
+  const fs::path file(path);
+  const bool is_packed = file.extension() == ".zstd" || file.extension() == ".zst";
+  return is_packed ? file.stem().extension().string() : "";
+}
+
 bool IsPacked(const std::string& path) {
-  return path.ends_with(".db3.zstd") || path.ends_with(".mcap.zstd");
+  const std::string extension = PackedExtension(path);
+  return extension == ".db3" || extension == ".mcap" || extension == ".bag";
 }
 
 bool IsFile(const std::string& path) {
@@ -39,14 +52,15 @@ bool IsFile(const std::string& path) {
 }
 
 // The files of a folder without metadata, in the order in which the recorder numbered them; none
-// where there is anything that rosbag2 does not write.
+// where there is anything that neither rosbag2 nor this program writes.
 std::vector<std::string> FilesIn(const std::string& folder) {
   std::vector<std::string> files;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string path = entry.path().string();
     if (path.ends_with(".db3-wal") || path.ends_with(".db3-shm")) continue;
-    if (!IsFile(path) || path.ends_with(".bag")) return {};
+    if (path.ends_with(".oaslam") || path.ends_with(".localized")) continue;
+    if (!IsFile(path) || path.ends_with(".bag") || PackedExtension(path) == ".bag") return {};
     files.push_back(path);
   }
   // "drive_2.mcap" before "drive_10.mcap".
@@ -84,27 +98,61 @@ std::unique_ptr<RecordingReader> OpenPlain(const RecordingFile& file, BytesWante
                  file.name);
 }
 
-// Reads a file that was compressed as a whole from a copy in the folder of temporary files, which
-// has no name any more once it is open.
-std::unique_ptr<RecordingReader> OpenPacked(const std::string& path, BytesWanted wanted) {
-  std::string copy = (fs::temp_directory_path() / "oaslam-XXXXXX").string();
-  const UniqueFd file(mkstemp(copy.data()));
-  if (!file) throw BadInput("{}: no temporary file can be made for it: {}", path, copy);
-  const Leftover leftover(copy);
-  struct Removal {
-    const std::string& path;
-    ~Removal() { unlink(path.c_str()); }
-  } const removal{copy};
-  DecompressFile(path, copy);
-  return OpenPlain({copy, path}, std::move(wanted));
+// Of a file that is open and may have no other path.
+std::string PathOf(const UniqueFd& file) { return fmt::format("/proc/self/fd/{}", file.get()); }
+
+// Decompresses a file into the folder of temporary files. The copy has no name there, so that it is
+// gone with its last descriptor.
+UniqueFd PlainCopyOf(const std::string& path) {
+  std::string name = TemporaryPattern();
+  UniqueFd copy(mkostemp(name.data(), O_CLOEXEC));
+  if (!copy)
+    throw BadInput("{}: cannot be decompressed as {}: {}", path, name,
+                   std::generic_category().message(errno));
+  unlink(name.c_str());
+  DecompressFile(path, PathOf(copy));
+  return copy;
+}
+
+bool IsMostlyFull(const fs::path& file) {
+  std::error_code error;
+  const fs::space_info space = fs::space(file.parent_path(), error);
+  return !error && space.available < space.capacity / 2;
+}
+
+// A run opens a recording several times. Copies are kept, the oldest ones as long as half of the
+// disk is free. The result is a descriptor of the caller's.
+UniqueFd KeptCopyOf(const std::string& path) {
+  struct Copy {
+    std::string state;
+    UniqueFd file;
+  };
+  static std::mutex mutex;
+  static std::deque<Copy> copies;
+  const std::string state = StateOfRecording(path);
+  const std::lock_guard lock(mutex);
+  auto found = std::ranges::find(copies, state, &Copy::state);
+  if (found == copies.end()) {
+    while (!copies.empty() && IsMostlyFull(TemporaryPattern())) copies.pop_front();
+    try {
+      copies.push_back({state, PlainCopyOf(path)});
+    } catch (const InputError&) {
+      if (copies.empty()) throw;
+      copies.clear();  // there may be room then
+      copies.push_back({state, PlainCopyOf(path)});
+    }
+    found = std::prev(copies.end());
+  }
+  return UniqueFd(fcntl(found->file.get(), F_DUPFD_CLOEXEC, 0));
 }
 
 std::unique_ptr<RecordingReader> OpenFile(const std::string& path, BytesWanted wanted) {
   std::error_code error;
   if (fs::is_regular_file(path, error) && fs::file_size(path, error) == 0)
     throw BadInput("{}: is empty", path);
-  return IsPacked(path) ? OpenPacked(path, std::move(wanted))
-                        : OpenPlain({path, path}, std::move(wanted));
+  if (!IsPacked(path)) return OpenPlain({path, path}, std::move(wanted));
+  const UniqueFd copy = KeptCopyOf(path);
+  return OpenPlain({PathOf(copy), path}, std::move(wanted));
 }
 
 // The files of a folder one after another.
@@ -138,6 +186,13 @@ bool HasMetadata(const std::string& folder) {
          ReadTextFile(path).find(kMetadataKey) != std::string::npos;
 }
 
+// The recording that is meant: of its metadata, their folder.
+std::string Meant(const std::string& path) {
+  const fs::path file(path);
+  const std::string folder = file.has_parent_path() ? file.parent_path().string() : ".";
+  return file.filename() == kMetadata && HasMetadata(folder) ? folder : path;
+}
+
 }  // namespace
 
 std::string PlainType(std::string type) {
@@ -145,13 +200,29 @@ std::string PlainType(std::string type) {
   return type;
 }
 
-bool IsRecording(const std::string& path) {
+bool IsRecording(const std::string& given) {
+  const std::string path = Meant(given);
   std::error_code error;
   if (!fs::is_directory(path, error)) return IsFile(path);
   return HasMetadata(path) || !FilesIn(path).empty();
 }
 
-std::unique_ptr<RecordingReader> OpenRecording(const std::string& path, BytesWanted wanted) {
+std::string StateOfRecording(const std::string& given) {
+  const std::string path = Meant(given);
+  std::error_code error;
+  std::string state = fs::absolute(path, error).string();
+  const auto add = [&](const fs::path& file) {
+    state += fmt::format("|{}|{}|{}", file.string(), fs::file_size(file, error),
+                         fs::last_write_time(file, error).time_since_epoch().count());
+  };
+  add(path);
+  if (fs::is_directory(path, error))
+    for (const auto& entry : fs::directory_iterator(path, error)) add(entry.path());
+  return state;
+}
+
+std::unique_ptr<RecordingReader> OpenRecording(const std::string& given, BytesWanted wanted) {
+  const std::string path = Meant(given);
   std::error_code error;
   if (!fs::is_directory(path, error)) return OpenFile(path, std::move(wanted));
   std::vector<std::string> files = HasMetadata(path) ? FilesOfMetadata(path) : FilesIn(path);

@@ -46,10 +46,16 @@ class RecordingReader {
 };
 
 // Whether a path is a recording: an MCAP file, a ROS 1 bag, a database of rosbag2 or one of these
-// compressed as a whole (.zstd), or the folder of a rosbag2, also one without metadata.yaml.
-bool IsRecording(const std::string& path);
+// compressed as a whole (.zstd, .zst), or the folder of a rosbag2, also one without metadata.yaml,
+// or this file of it.
+bool IsRecording(const std::string& given);
 
-// Opens a recording. Nothing is written beside it. Throws InputError where it cannot be read.
-std::unique_ptr<RecordingReader> OpenRecording(const std::string& path, BytesWanted wanted);
+// What changes with the content of a recording or a file of it, as far as the file system knows.
+std::string StateOfRecording(const std::string& given);
+
+// Opens a recording. Nothing is written beside it. A file that was compressed as a whole is read
+// from a copy without a name in the folder of temporary files; copies are kept for who opens the
+// recording next. Any thread may call it. Throws InputError where it cannot be read.
+std::unique_ptr<RecordingReader> OpenRecording(const std::string& given, BytesWanted wanted);
 
 }  // namespace oaslam

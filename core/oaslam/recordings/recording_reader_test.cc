@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <cstdlib>
 #include <filesystem>
 
 #include "oaslam/error.h"
@@ -86,6 +88,7 @@ TEST(RecordingReader, ReadsEveryContainerAlike) {
       folder.Write("zstd.mcap", Mcap(messages, 3, "zstd")),
       folder.Write("lz4.mcap", Mcap(messages, 3, "lz4")),
       folder.Write("whole.mcap.zstd", Packed("zstd", Mcap(messages, 3))),
+      folder.Write("whole.bag.zst", Packed("zstd", RosBag(messages, 3))),
       folder.Write("plain.bag", RosBag(messages, 3)),
       folder.Write("bz2.bag", RosBag(messages, 3, "bz2")),
       folder.Write("lz4.bag", RosBag(messages, 3, "lz4")),
@@ -193,6 +196,102 @@ TEST(RecordingReader, LeavesNoFileBesideADatabase) {
   fs::copy_file(folder / "a.db3", folder / "closed/a.db3");
   EXPECT_TRUE(ReadAll(folder / "closed").messages == messages);
   EXPECT_EQ(NamesIn(folder / "closed"), std::vector<std::string>{"a.db3"});
+  const std::string packed = Packed("zstd", folder.Read("a.db3"));
+  EXPECT_TRUE(ReadAll(folder.Write("closed/b.db3.zstd", packed)).messages == messages);
+}
+
+// A file in which a few bytes stand for messages without end.
+TEST(RecordingReader, RefusesADatabaseThatIsNoStore) {
+  const TempFolder folder;
+  const std::string numbers = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n)";
+  const std::string topic = "'/a', 'a/msg/B', 'cdr'";
+  const std::string topics =
+      "CREATE TABLE topics(id INTEGER PRIMARY KEY, name, type, serialization_format);"
+      "INSERT INTO topics VALUES(1, " +
+      topic + ");";
+  const std::string view =
+      " AS " + numbers + " SELECT i AS id, 1 AS topic_id, i AS timestamp, x'00' AS data FROM n;";
+  const std::pair<std::string, std::string> schemas[] = {
+      {topics + "CREATE VIEW messages" + view, "it has no table \"messages\""},
+      {"CREATE VIEW topics(id, name, type, serialization_format) AS " + numbers + " SELECT i, " +
+           topic +
+           " FROM n; CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data)",
+       "it has no table \"topics\""},
+      {topics + "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data AS "
+                "(zeroblob(id * 1000000000)))",
+       "its column messages.data is computed"},
+      {topics + "CREATE VIEW endless" + view +
+           "CREATE VIRTUAL TABLE messages USING fts5(id, topic_id, timestamp, data, "
+           "content = 'endless', content_rowid = 'id')",
+       "no such module"}};
+  for (const auto& [schema, problem] : schemas) {
+    const std::string path = folder.Write("a.db3", "");
+    SQLite::Database(path, SQLite::OPEN_READWRITE).exec(schema);
+    EXPECT_THAT(RefusalOf(path), HasSubstr("a.db3: is no recording of rosbag2: " + problem));
+    // Of one that is cut SQLite checks less.
+    std::string cut = folder.Read("a.db3");
+    cut[31] = static_cast<char>(cut[31] + 1);  // how many pages there are
+    EXPECT_THAT(RefusalOf(folder.Write("cut.db3", cut)), HasSubstr(problem));
+  }
+}
+
+TEST(RecordingReader, RefusesADatabaseWhosePagesAreInACircle) {
+  const TempFolder folder;
+  std::vector<WrittenMessage> messages(2000, SomeMessages(1)[0]);
+  for (WrittenMessage& message : messages) message.data.resize(9);
+  const auto page = static_cast<size_t>([&] {
+    const SQLite::Database database = RosbagDatabase(folder / "a.db3", messages);
+    SQLite::Database& open = const_cast<SQLite::Database&>(database);
+    return open.execAndGet("SELECT rootpage FROM sqlite_master WHERE name = 'messages'").getInt();
+  }());
+  std::string file = folder.Read("a.db3");
+  // The root refers to the other pages: to the last one in its head, to the others in cells.
+  constexpr size_t kPageSize = 4096, kLast = 8, kCells = 12;
+  const size_t root = (page - 1) * kPageSize;
+  ASSERT_EQ(file[root], 5);
+  const auto cell = static_cast<size_t>(256 * static_cast<uint8_t>(file[root + kCells]) +
+                                        static_cast<uint8_t>(file[root + kCells + 1]));
+  file.replace(root + kLast, 4, file.substr(root + cell, 4));
+  EXPECT_THAT(RefusalOf(folder.Write("b.db3", file)),
+              AllOf(HasSubstr("b.db3: is damaged: message 1 comes behind ")));
+}
+
+class TemporaryFolder {
+ public:
+  explicit TemporaryFolder(const std::string& path) { setenv("TMPDIR", path.c_str(), 1); }
+  ~TemporaryFolder() {
+    if (before_.empty())
+      unsetenv("TMPDIR");
+    else
+      setenv("TMPDIR", before_.c_str(), 1);
+  }
+
+ private:
+  const std::string before_ = getenv("TMPDIR") ? getenv("TMPDIR") : "";
+};
+
+TEST(RecordingReader, DecompressesAFileOnce) {
+  const TempFolder folder;
+  fs::create_directory(folder / "tmp");
+  const TemporaryFolder temporary(folder / "tmp");
+  const auto messages = SomeMessages();
+  RosbagDatabase(folder / "a.db3", messages);
+  for (const std::string& plain : {Mcap(messages, 3), folder.Read("a.db3")}) {
+    const std::string name = plain[1] == 'M' ? "a.mcap.zstd" : "a.db3.zstd";
+    const std::string path = folder.Write(name, Packed("zstd", plain));
+    EXPECT_TRUE(ReadAll(path).messages == messages);
+    EXPECT_TRUE(NamesIn(folder / "tmp").empty());
+    // What cannot be decompressed would be refused.
+    const auto time = fs::last_write_time(path);
+    folder.Write(name, std::string(fs::file_size(path), 'x'));
+    fs::last_write_time(path, time);
+    EXPECT_TRUE(ReadAll(path).messages == messages);
+    fs::last_write_time(path, time + std::chrono::seconds(1));
+    EXPECT_THAT(RefusalOf(path), HasSubstr("its compressed content is damaged"));
+  }
+  const TemporaryFolder none(folder / "none");
+  EXPECT_THAT(RefusalOf(folder.Write("b.mcap.zstd", Packed("zstd", Mcap(messages, 3)))),
+              HasSubstr("the folder for temporary files"));
 }
 
 TEST(RecordingReader, UsesWhatComesBeforeTheCutOfADatabase) {
@@ -219,6 +318,15 @@ TEST(RecordingReader, TellsRecordingsFromOtherFiles) {
   folder.Write("mixed/mav0/cam0/data.csv", "");  // a dataset with its recording beside it
   EXPECT_FALSE(IsRecording(folder / "mixed"));
   EXPECT_TRUE(IsRecording(folder.Write("x.dat", Mcap({}, 0))));
+  // Results of a run beside the file of a rosbag2.
+  folder.Write("killed/a.mcap", Mcap(SomeMessages(), 0));
+  folder.Write("killed/a.oaslam/frames.csv", "");
+  EXPECT_TRUE(IsRecording(folder / "killed"));
+  EXPECT_FALSE(IsRecording(folder / "killed/metadata.yaml"));
+  const std::string metadata = folder.Write(
+      "killed/metadata.yaml", "rosbag2_bagfile_information: {relative_file_paths: [a.mcap]}\n");
+  EXPECT_TRUE(IsRecording(metadata));
+  EXPECT_TRUE(ReadAll(metadata).messages == SomeMessages());
 }
 
 TEST(Crc32, IsThatOfZip) { EXPECT_EQ(CrcOf("123456789"), 0xcbf43926); }

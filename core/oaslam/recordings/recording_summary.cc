@@ -1,7 +1,6 @@
 #include "oaslam/recordings/recording_summary.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <map>
 #include <mutex>
 #include <ranges>
@@ -10,8 +9,6 @@
 
 namespace oaslam {
 namespace {
-
-namespace fs = std::filesystem;
 
 double InSeconds(int64_t nanoseconds) {
   constexpr int64_t kSecond = 1'000'000'000;
@@ -125,20 +122,6 @@ class SummaryMaker {
   std::vector<RosTransform> transforms_;
 };
 
-// What changes with the content of a recording, as far as the file system knows.
-std::string StateOf(const std::string& path) {
-  std::error_code error;
-  std::string state = fs::absolute(path, error).string();
-  const auto add = [&](const fs::path& file) {
-    state += fmt::format("|{}|{}|{}", file.string(), fs::file_size(file, error),
-                         fs::last_write_time(file, error).time_since_epoch().count());
-  };
-  add(path);
-  if (fs::is_directory(path, error))
-    for (const auto& entry : fs::directory_iterator(path, error)) add(entry.path());
-  return state;
-}
-
 }  // namespace
 
 const TopicSummary* RecordingSummary::Find(const std::string& name) const {
@@ -182,7 +165,7 @@ std::shared_ptr<const RecordingSummary> SummaryOf(const std::string& path) {
   static std::mutex mutex;
   static std::string state_of_last;
   static std::shared_ptr<const RecordingSummary> last;
-  const std::string state = StateOf(path);
+  const std::string state = StateOfRecording(path);
   if (const std::lock_guard lock(mutex); last && state == state_of_last) return last;
   // Without the lock: it may log.
   auto summary = std::make_shared<const RecordingSummary>(Summarize(path));

@@ -188,6 +188,9 @@ TEST(TopicChoice, AsksWhereThereAreSeveral) {
   const RecordingSummary one = SummaryOfAll(two);
   EXPECT_EQ(ChooseImages(one, "").topic.name, "/left/image");
   EXPECT_EQ(ChooseImages(one, "left/image/compressed").topic.name, "/left/image/compressed");
+  // Both names are those of one camera.
+  const RecordingSummary compressed = SummaryOfAll({two[1]});
+  EXPECT_EQ(ChooseImages(compressed, "/left/image").topic.name, "/left/image/compressed");
   EXPECT_THAT(RefusalBy([&] { ChooseImages(one, "/depth"); }), HasSubstr("--depth"));
   EXPECT_THAT(RefusalBy([&] { ChooseImages(one, "/up"); }),
               AllOf(HasSubstr("--topic /up: is not there"), HasSubstr("/left/image")));

@@ -59,6 +59,7 @@ std::string ListOfAll(const RecordingSummary& summary) {
 const TopicSummary& ChooseImages(const RecordingSummary& summary, const std::string& asked) {
   if (!asked.empty()) {
     const TopicSummary* topic = summary.Find(asked);
+    if (!topic) topic = summary.Find(asked + std::string(kCompressed));
     if (!topic || !HasImages(*topic))
       throw BadInput("{}: --topic {}: {}; {}", summary.path, asked,
                      topic ? "has no images" : "is not there", ListOfAll(summary));

@@ -32,9 +32,7 @@ class PassingFolder {
 
  private:
   static std::string Create() {
-    std::error_code error;
-    std::string path = (fs::temp_directory_path(error) / "oaslam-XXXXXX").string();
-    if (error) throw BadInput("the folder for temporary files: {}", error.message());
+    std::string path = TemporaryPattern();
     if (!mkdtemp(path.data())) throw BadInput("{}: {}", path, std::strerror(errno));
     return path;
   }

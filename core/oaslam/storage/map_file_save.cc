@@ -16,7 +16,7 @@
 #include <tuple>
 #include <utility>
 
-#include "oaslam/formats/leftover.h"
+#include "oaslam/formats/unfinished_file.h"
 #include "oaslam/map/repair.h"
 #include "oaslam/storage/map_edit.h"
 #include "oaslam/storage/map_part.h"
@@ -27,8 +27,7 @@
 namespace oaslam {
 namespace {
 
-// How the name of a file ends that is not complete; before it are the number of the process and
-// that of the file among those that the process has written.
+// How the name of a file ends that is not complete (UnfinishedFile).
 constexpr std::string_view kTemporary = ".tmp";
 
 static_assert(std::endian::native == std::endian::little,
@@ -350,31 +349,22 @@ void CheckIsPlainFile(const std::string& path) {
 
 void WriteFile(const SavedMap& saved, const MapLock& lock,
                const std::optional<MapState>& replaces) {
-  namespace fs = std::filesystem;
   const std::string &path = lock.path(), &file = lock.file();
   RemoveLeftoversBeside(lock);
-  std::error_code error;
-  static std::atomic<int> writes = 0;
-  const std::string temporary = fmt::format("{}.{}-{}{}", file, getpid(), ++writes, kTemporary);
-  fs::remove(temporary, error);
-  const Leftover leftover(temporary);
+  const UnfinishedFile unfinished(file, std::string(kTemporary));
   try {
     {
-      SQLite::Database database = CreateWithoutLocks(temporary);
+      SQLite::Database database = CreateWithoutLocks(unfinished.name());
       WriteContent(saved, database);
     }
-    SyncToDisk(temporary);
+    SyncToDisk(unfinished.name());
     if (replaces && StateOfMap(file) != replaces)
       throw BadInput("{}: is not changed: another program has written it meanwhile", path);
-    fs::rename(temporary, file, error);
-    if (error) throw BadInput("{}: cannot be written: {}", path, error.message());
+    if (const std::error_code error = unfinished.Rename())
+      throw BadInput("{}: cannot be written: {}", path, error.message());
     lock.Sync();
   } catch (const SQLite::Exception& problem) {
-    fs::remove(temporary, error);
     throw BadInput("{}: {}", path, problem.what());
-  } catch (...) {
-    fs::remove(temporary, error);
-    throw;
   }
 }
 

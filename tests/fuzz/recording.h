@@ -1,3 +1,5 @@
+#pragma once
+
 #include <opencv2/core.hpp>
 
 #include "fuzz.h"
@@ -5,35 +7,28 @@
 #include "oaslam/log.h"
 #include "oaslam/recordings/topic_choice.h"
 
-namespace {
+namespace oaslam::fuzz {
 
 // The content of a message, as its topic says.
-void DecodeMessage(const oaslam::RecordedMessage& message) {
-  using namespace oaslam;
+inline void DecodeMessage(const RecordedMessage& message) {
   if (message.topic->type == "sensor_msgs/Image") {
     const RosImage image = ReadRosImage(message, false);
-    fuzz::Try([&] { PixelsOf(image, true, 12); });
+    Try([&] { PixelsOf(image, true, 12); });
     ValuesOf(image);
   } else if (message.topic->type == "sensor_msgs/CompressedImage") {
     ReadRosCompressedImage(message, false);
   }
 }
 
-}  // namespace
-
-extern "C" int LLVMFuzzerInitialize(int*, char***) {
-  oaslam::SetLogSink({});
-  return 0;
-}
-
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  using namespace oaslam;
-  const std::string path = fuzz::FileOf(fuzz::Text(data, size), "recording");
-  fuzz::Try([&] {
+// Reads a recording, whose file begins with `magic`, in each way.
+inline int ReadRecording(std::string_view magic, std::string_view rest) {
+  SetLogSink({});
+  const std::string path = FileOf(std::string(magic).append(rest), "recording");
+  Try([&] {
     const auto reader = OpenRecording(path, [](const RecordedTopic&) { return kWholeMessage; });
-    while (const auto message = reader->Next()) fuzz::Try([&] { DecodeMessage(*message); });
+    while (const auto message = reader->Next()) Try([&] { DecodeMessage(*message); });
   });
-  return fuzz::Try([&] {
+  return Try([&] {
     const RecordingSummary summary = Summarize(path);
     TopicLines(summary);
     ChooseImu(summary);
@@ -42,3 +37,5 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     CameraOf(summary, images);
   });
 }
+
+}  // namespace oaslam::fuzz

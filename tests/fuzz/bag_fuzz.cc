@@ -1,0 +1,6 @@
+#include "oaslam/recordings/containers.h"
+#include "recording.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  return oaslam::fuzz::ReadRecording(oaslam::kBagMagic, oaslam::fuzz::Text(data, size));
+}
