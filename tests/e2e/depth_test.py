@@ -41,6 +41,7 @@ class TestDepth(InFolder):
         for i, (image, depth, _) in enumerate(scene()):
             write_pgm(cls.path(f"walk/rgb/{i:04d}.pgm"), image)
             write_pgm(cls.path(f"walk/depth/{i:04d}.pgm"), np.round(depth[::2, ::2] * 1000))
+            write_pgm(cls.path(f"walk/farther/{i:04d}.pgm"), np.round(depth[::2, ::2] * 2000))
             write_pgm(cls.path(f"tum/depth/{i}.pgm"), np.round(depth * 5000))
         cls.camera = cls.path("camera.yaml")
         with open(cls.camera, "w", encoding="utf-8") as file:
@@ -72,6 +73,16 @@ class TestDepth(InFolder):
         done = must_run("run", "--images", f"{walk}/rgb", "--camera", self.camera, "--depth", f"{walk}/depth", "--out", self.path("run"))
         poses = read_tum(self.path("run/trajectory.txt"))
         assert abs(np.linalg.norm(np.subtract(poses[-1][1], poses[0][1])) / (STEP * (len(poses) - 1)) - 1) < 0.03, done
+
+    def test_a_saved_map_is_seen_with_depths(self):
+        walk, room = self.path("walk"), self.path("room.map")
+        must_run("run", "--images", f"{walk}/rgb", "--camera", self.camera, "--depth", f"{walk}/depth", "--map-out", room, "--out", self.path("saved"))
+        found = {}
+        for depth in ("depth", "farther"):  # the same images, at twice the distance
+            must_run("localize", "--map", room, "--images", f"{walk}/rgb", "--camera", self.camera, "--depth", f"{walk}/{depth}", "--every-frame",
+                     "--out", self.path(f"in_{depth}"))
+            found[depth] = sum(row["status"] != "failed" for row in read_csv(self.path(f"in_{depth}/frames.csv")))
+        assert found["depth"] == COUNT and found["farther"] == 0, found
 
     def test_another_camera_is_registered(self):
         with open(self.camera, encoding="utf-8") as file, open(self.path("depth.yaml"), "w", encoding="utf-8") as out:

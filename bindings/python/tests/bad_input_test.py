@@ -124,6 +124,9 @@ def test_a_depth(slam):
         slam.process(IMAGE, 0.7, depth=numpy.zeros((height, width), numpy.uint16), depth_unit=5)
     with pytest.raises(TypeError, match="uint16 or float32"):
         slam.process(IMAGE, 0.7, depth=numpy.zeros((height, width)))
+    slam.relocalize(IMAGE, depth=numpy.full((height, width), 2, numpy.float32))
+    with pytest.raises(oaslam.InputError, match="has another shape than the camera's"):
+        slam.relocalize(IMAGE, depth=numpy.zeros((height, height // 2), numpy.uint16))
 
 
 def test_input_errors(slam, tmp_path):
