@@ -125,6 +125,7 @@ class FrameInputs {
 
   const Camera& camera() const { return camera_; }
   int size() const { return images_->count(); }
+  bool has_depths() const { return depths_.has_value(); }
   // How the IMU lies to the camera.
   const Rigid3& cam_from_imu() const { return side_.cam_from_imu; }
   // Whether the source is live: images come when they are taken.

@@ -283,6 +283,8 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
   FrameInputs inputs(sources, std::move(side), options.common);
   OtherImages others(options, config);
   results.SetFocalLength(inputs.camera().fx);
+  if (is_auto && options.every_frame && inputs.has_depths())
+    spdlog::warn("--depth: not used, since the camera is not known; --camera gives it");
   Slam slam(config, inputs.camera());
   UseMask(options.mask, mask, slam, inputs.camera());
   slam.SetImu(inputs.cam_from_imu());

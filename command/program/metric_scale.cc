@@ -68,6 +68,10 @@ UnitChange ChangeByObjects(const SavedMap& saved) {
           UnitEvidence{estimate.relative_sigma, estimate.objects, estimate.classes}};
 }
 
+const char* SensorOf(UnitSource source) {
+  return source == UnitSource::kImu ? "IMU" : "depth camera";
+}
+
 }  // namespace
 
 void AddScaleOptions(CLI::App& app, ScaleSettings& settings) {
@@ -159,7 +163,11 @@ void MetricScale::WarnOfContradiction(const SavedMap& saved,
   if (!saved.map.is_metric || kind_ == Kind::kNone) return;
   ScaleEstimate estimate = EstimateScale(saved.map, saved.class_names);
   std::string of = text_.empty() ? "the unit of the map" : text_;
-  if (saved.map.unit_evidence) {
+  const auto& by = saved.map.unit_evidence;
+  if (by && by->source != UnitSource::kObjects) {
+    of = fmt::format("the metre by the {}", SensorOf(by->source));
+    estimate.relative_sigma = std::hypot(estimate.relative_sigma, by->relative_sigma);
+  } else if (by) {
     if (groundtruth_.empty()) return;
     const TrajectoryReport report = EvaluateTrajectory(groundtruth_, trajectory, AlignMode::kSim3);
     if (!report.success) return;
@@ -180,7 +188,7 @@ std::string DescribeUnit(const Map& map) {
   if (!map.unit_evidence) return "metre";
   if (map.unit_evidence->source != UnitSource::kObjects)
     return fmt::format("metres, 1.00 +- {:.3f} (by the {})", map.unit_evidence->relative_sigma,
-                       map.unit_evidence->source == UnitSource::kImu ? "IMU" : "depth camera");
+                       SensorOf(map.unit_evidence->source));
   return fmt::format("metres, 1.00 +- {:.2f} (by {} objects)", map.unit_evidence->relative_sigma,
                      map.unit_evidence->objects);
 }

@@ -51,7 +51,7 @@ struct ImageInput {
   // From a depth camera at the same time. The camera's motion is in metres from the first image
   // with depths on; depths that contradict the images are not used any more, with a warning. Throws
   // InputError for a type, shape or size that DepthImage does not allow. Relocalize checks and
-  // refines poses by it, in a map whose metre a user or a sensor told.
+  // refines poses of a known camera by it, in a map whose metre a user or a sensor told.
   std::optional<DepthImage> depth{};
   // The camera's motion by another odometry. Slam's own odometry then does not run on this image,
   // so that images may be a second apart. Only Slam::Process uses it. Throws InputError for poses

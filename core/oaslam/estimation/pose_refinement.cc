@@ -1,6 +1,5 @@
 #include "oaslam/estimation/pose_refinement.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "oaslam/estimation/levenberg_marquardt.h"
@@ -50,30 +49,6 @@ NormalEquations<6> Linearize(const Camera& camera, const Rigid3& pose,
   return n;
 }
 
-// A depth that was measured may be that of another surface, so that its loss is Cauchy's. What all
-// depths are off by together does not become less by their number: more than kMost count as kMost.
-void AddDepths(const Rigid3& pose, std::span<const PointObservation> observations,
-               const std::vector<uint8_t>& use, NormalEquations<6>& n) {
-  constexpr double kMost = 25;
-  const auto counts = [&](size_t i) { return use[i] && observations[i].depth > 0; };
-  double count = 0;
-  for (size_t i = 0; i < observations.size(); ++i) count += counts(i);
-  const double share = std::min(1.0, kMost / count);
-  for (size_t i = 0; i < observations.size(); ++i) {
-    if (!counts(i)) continue;
-    const Eigen::Vector3d p = pose * observations[i].point;
-    const double error = (p.z() - observations[i].depth) / observations[i].depth_sigma,
-                 ratio = error * error / kChi2OneDof;
-    PoseVector row;
-    row << 0, 0, 1, p.y(), -p.x(), 0;
-    row /= observations[i].depth_sigma;
-    const double weight = share / (1 + ratio);
-    n.cost += share * kChi2OneDof * std::log1p(ratio);
-    n.hessian.noalias() += weight * row * row.transpose();
-    n.gradient += weight * error * row;
-  }
-}
-
 // The prior's error is small, so that a step changes it as it changes the pose.
 void AddPrior(const ExpectedPose& prior, const Rigid3& pose, NormalEquations<6>& n) {
   const PoseVector error = StepOf(pose * prior.cam_from_world.Inverse());
@@ -105,8 +80,6 @@ PoseReport RefinePose(const Camera& camera, const Rigid3& initial_cam_from_world
   report.inlier.assign(observations.size(), 1);
   report.inliers = static_cast<int>(observations.size());
   const int least = prior ? 0 : kMinInliers;
-  const bool has_depths =
-      std::ranges::any_of(observations, [](const PointObservation& o) { return o.depth > 0; });
   for (int round = 0; round < kRounds && report.inliers >= least; ++round) {
     // The first round uses all observations, so that outliers are decided by the kernel and not by
     // the initial pose.
@@ -116,7 +89,6 @@ PoseReport RefinePose(const Camera& camera, const Rigid3& initial_cam_from_world
         report.cam_from_world,
         [&](const Rigid3& pose) {
           NormalEquations<6> n = Linearize(camera, pose, observations, report.inlier, robust);
-          if (has_depths) AddDepths(pose, observations, report.inlier, n);
           if (prior) AddPrior(*prior, pose, n);
           return n;
         },

@@ -16,9 +16,6 @@ struct PointObservation {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();
   Eigen::Vector2d px = Eigen::Vector2d::Zero();
   double inverse_variance = 1;  // px^-2; 1 / scale(octave)^2
-  // z in the camera's frame, as a depth camera measured it, in the unit of the world, and its
-  // standard deviation; 0: not measured.
-  double depth = 0, depth_sigma = 0;
 };
 
 // The prior of a pose: what is known before points are seen.
@@ -49,8 +46,7 @@ inline constexpr double kChi2OneDof = 3.841, kChi2TwoDof = 5.991;
 // must be fast. Rounds of Levenberg-Marquardt with Huber's kernel alternate with a new
 // classification of all observations into inliers and outliers; the last round uses the inliers
 // without kernel. An observation behind the camera is an outlier. Few points are enough where
-// there is a `prior`. A measured depth counts with Cauchy's loss in all rounds, and makes no
-// outliers.
+// there is a `prior`.
 PoseReport RefinePose(const Camera& camera, const Rigid3& initial_cam_from_world,
                       std::span<const PointObservation> observations,
                       const std::optional<ExpectedPose>& prior = std::nullopt);

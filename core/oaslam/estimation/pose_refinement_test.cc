@@ -111,37 +111,5 @@ TEST(PoseRefinement, AnExpectedPoseHoldsWhatPointsDoNot) {
   EXPECT_LT(with_points.covariance(0, 0), alone.covariance(0, 0) / 100);
 }
 
-// Points in a small part of the image, which hardly tell how far they are.
-TEST(PoseRefinement, MeasuredDepthsTellTheDistance) {
-  Rng rng(7);
-  const Rigid3 world_from_cam = RefinedPose().Inverse();
-  double without = 0, with = 0;
-  for (int trial = 0; trial < 20; ++trial) {
-    std::vector<PointObservation> observations;
-    for (int i = 0; i < 20; ++i) {
-      const Eigen::Vector3d in_cam =
-          RayOf(kRefinedCamera, {rng.Uniform(400, 500), rng.Uniform(300, 400)}) *
-          rng.Uniform(3, 3.5);
-      const Eigen::Vector2d px =
-          ProjectIdeal(kRefinedCamera, in_cam) + Eigen::Vector2d(rng.Gaussian(1), rng.Gaussian(1));
-      observations.push_back({world_from_cam * in_cam, px, 1});
-    }
-    const auto error = [&](const PoseReport& report) {
-      const Eigen::Vector3d& point = observations[10].point;
-      return std::abs((report.cam_from_world * point - RefinedPose() * point).z());
-    };
-    without += error(RefinePose(kRefinedCamera, Disturbed(.05, .02), observations));
-    for (size_t i = 0; i < observations.size(); ++i) {
-      observations[i].depth_sigma = .02;
-      observations[i].depth = (RefinedPose() * observations[i].point).z() + rng.Gaussian(.02);
-      if (i < 4) observations[i].depth += 1;  // of another surface
-    }
-    const PoseReport report = RefinePose(kRefinedCamera, Disturbed(.05, .02), observations);
-    EXPECT_GT(report.inliers, 16);
-    with += error(report);
-  }
-  EXPECT_LT(with, .6 * without);
-}
-
 }  // namespace
 }  // namespace oaslam

@@ -14,6 +14,12 @@
 namespace oaslam {
 namespace {
 
+// The standard deviation of the depth of a landmark: it is off along the ray, and so is the metre.
+double SigmaOfLandmark(double z, double metre_sigma) {
+  constexpr double kAlongRay = 0.02;  // a share; a guess
+  return std::hypot(kAlongRay, metre_sigma) * z;
+}
+
 // A piece of a measured surface, in the frame of the camera.
 struct Facet {
   Eigen::Vector3d point, normal;
@@ -48,16 +54,15 @@ class Surfaces {
     return IsFlat(facet, around) ? std::optional(facet) : std::nullopt;
   }
 
-  bool Contains(const Eigen::Vector2d& px) const {
-    return px.x() >= bounds_.x1 && px.x() < bounds_.x2 && px.y() >= bounds_.y1 &&
-           px.y() < bounds_.y2;
+  // Nothing where it was not measured.
+  std::optional<MeasuredDepth> Measured(const Eigen::Vector2d& px) const {
+    const bool is_inside =
+        px.x() >= bounds_.x1 && px.x() < bounds_.x2 && px.y() >= bounds_.y1 && px.y() < bounds_.y2;
+    return is_inside ? depth_.At(Distort(camera_, px)) : std::nullopt;
   }
   const Camera& camera() const { return camera_; }
 
  private:
-  std::optional<MeasuredDepth> Measured(const Eigen::Vector2d& px) const {
-    return Contains(px) ? depth_.At(Distort(camera_, px)) : std::nullopt;
-  }
   // Whether what is around lies in one plane, and is not seen at a grazing angle.
   static bool IsFlat(const Facet& facet, const std::array<Eigen::Vector3d, 4>& around) {
     constexpr double kMostBent = 0.02, kLeastCosine = 0.2;
@@ -72,21 +77,6 @@ class Surfaces {
   const DepthMap& depth_;
   Box bounds_;
 };
-
-std::vector<Eigen::Vector3d> LandmarksInView(const Surfaces& surfaces, const Map& map,
-                                             const Rigid3& cam_from_world) {
-  constexpr size_t kMost = 600;  // bounds the time
-  std::vector<Eigen::Vector3d> positions;
-  map.landmarks.ForEach([&](LandmarkId, const Landmark& landmark) {
-    const Eigen::Vector3d p = cam_from_world * landmark.position;
-    if (p.z() > kMinDepth && surfaces.Contains(ProjectIdeal(surfaces.camera(), p)))
-      positions.push_back(landmark.position);
-  });
-  if (positions.size() <= kMost) return positions;
-  std::vector<Eigen::Vector3d> some;
-  for (size_t i = 0; i < kMost; ++i) some.push_back(positions[i * positions.size() / kMost]);
-  return some;
-}
 
 // A landmark beside the piece of surface that is seen where it projects.
 struct Contact {
@@ -110,7 +100,7 @@ struct Contacts {
 };
 
 // The contacts that are as near as the uncertainty of the pose allows.
-Contacts FindContacts(const Surfaces& surfaces, const std::vector<Eigen::Vector3d>& landmarks,
+Contacts FindContacts(const Surfaces& surfaces, std::span<const Eigen::Vector3d> landmarks,
                       const AlignedPose& pose, double metre_sigma) {
   constexpr double kSigmas = 3;
   Contacts contacts;
@@ -120,9 +110,8 @@ Contacts FindContacts(const Surfaces& surfaces, const std::vector<Eigen::Vector3
     const auto facet = surfaces.At(ProjectIdeal(surfaces.camera(), p));
     if (!facet) continue;
     ++contacts.looked_at;
-    const double sigma =
-        std::hypot(facet->sigma, std::hypot(metre_sigma, kLandmarkDepthSigma) * p.z()) *
-        std::abs(facet->normal.dot(p.normalized()));
+    const double sigma = std::hypot(facet->sigma, SigmaOfLandmark(p.z(), metre_sigma)) *
+                         std::abs(facet->normal.dot(p)) / p.z();
     const PoseVector row = RowOf(facet->normal, p);
     const double of_pose = std::sqrt(std::max(0.0, row.dot(pose.covariance * row)));
     if (std::abs(facet->normal.dot(p - facet->point)) < kSigmas * std::hypot(sigma, of_pose))
@@ -152,27 +141,44 @@ NormalEquations<6> Linearize(const std::vector<Contact>& contacts, const Rigid3&
 
 }  // namespace
 
-std::optional<AlignedPose> AlignToDepths(const Frame& frame, const Map& map,
-                                         const Rigid3& cam_from_world,
-                                         const PoseCovariance& covariance) {
+std::vector<Eigen::Vector3d> LandmarksBeforeDepths(const Frame& frame, const Map& map,
+                                                   const Rigid3& cam_from_world) {
+  constexpr size_t kMost = 600;    // bounds the time
+  constexpr double kBehind = 0.3;  // a share of the depth
+  std::vector<Eigen::Vector3d> positions;
+  if (!frame.depth || !SigmaOfMetre(map)) return positions;
+  const Surfaces surfaces(frame);
+  map.landmarks.ForEach([&](LandmarkId, const Landmark& landmark) {
+    const Eigen::Vector3d p = cam_from_world * landmark.position;
+    if (!(p.z() > kMinDepth)) return;
+    const auto depth = surfaces.Measured(ProjectIdeal(*frame.camera, p));
+    if (depth && p.z() < (1 + kBehind) * depth->z) positions.push_back(landmark.position);
+  });
+  if (positions.size() <= kMost) return positions;
+  std::vector<Eigen::Vector3d> some;
+  for (size_t i = 0; i < kMost; ++i) some.push_back(positions[i * positions.size() / kMost]);
+  return some;
+}
+
+std::optional<AlignedPose> AlignToDepths(const Frame& frame,
+                                         std::span<const Eigen::Vector3d> landmarks,
+                                         const AlignedPose& prior, double metre_sigma) {
   constexpr size_t kLeastContacts = 30;
   constexpr int kRounds = 6, kIterations = 3;
-  const std::optional<double> metre = frame.depth ? SigmaOfMetre(map) : std::nullopt;
-  if (!metre) return std::nullopt;
+  const auto information = InverseOfInformation<6>(prior.covariance);
+  if (!information || landmarks.size() < kLeastContacts) return std::nullopt;
   const Surfaces surfaces(frame);
-  const std::vector<Eigen::Vector3d> landmarks = LandmarksInView(surfaces, map, cam_from_world);
-  const auto information = InverseOfInformation<6>(covariance);
-  if (!information) return std::nullopt;
-  AlignedPose pose{cam_from_world, covariance};
+  const Rigid3 world_from_prior = prior.cam_from_world.Inverse();
+  AlignedPose pose = prior;
   for (int round = 0; round < kRounds; ++round) {
-    const Contacts contacts = FindContacts(surfaces, landmarks, pose, *metre);
+    const Contacts contacts = FindContacts(surfaces, landmarks, pose, metre_sigma);
     if (contacts.near.size() < kLeastContacts) return std::nullopt;
     if (round + 1 == kRounds && !contacts.AreMost()) return std::nullopt;
     const NormalEquations<6> end = MinimizeDense<6>(
         {.max_iterations = kIterations}, pose.cam_from_world,
         [&](const Rigid3& at) {
           NormalEquations<6> n = Linearize(contacts.near, at);
-          const PoseVector moved = StepOf(at * cam_from_world.Inverse());
+          const PoseVector moved = StepOf(at * world_from_prior);
           n.hessian += *information;
           n.gradient += *information * moved;
           n.cost += moved.dot(*information * moved);
@@ -183,11 +189,38 @@ std::optional<AlignedPose> AlignToDepths(const Frame& frame, const Map& map,
     if (!now) return std::nullopt;
     // The surfaces that the first rounds found may be the wrong ones: the gate closes slowly.
     constexpr double kSlower = 0.5;
-    pose.covariance = round + 1 == kRounds
-                          ? PoseCovariance(*now)
-                          : PoseCovariance(*now + kSlower * (pose.covariance - *now));
+    const double of_before = round + 1 == kRounds ? 0 : kSlower;
+    pose.covariance = (1 - of_before) * *now + of_before * pose.covariance;
   }
   return pose;
+}
+
+bool DepthAgreement::Contradicts() const {
+  constexpr int kLeast = 20;
+  constexpr double kMost = 0.25;  // of these; one in ten where poses are right
+  return agree + seen_through >= kLeast && seen_through > kMost * (agree + seen_through);
+}
+
+DepthAgreement CompareDepths(const Frame& frame, std::span<const Eigen::Vector3d> landmarks,
+                             const AlignedPose& pose, double metre_sigma) {
+  constexpr double kSigmas = 3;
+  const Surfaces surfaces(frame);
+  DepthAgreement agreement;
+  for (const Eigen::Vector3d& position : landmarks) {
+    const Eigen::Vector3d p = pose.cam_from_world * position;
+    if (!(p.z() > kMinDepth)) continue;
+    const auto depth = surfaces.Measured(ProjectIdeal(*frame.camera, p));
+    if (!depth) continue;
+    const PoseVector row = RowOf(Eigen::Vector3d::UnitZ(), p);
+    const double of_pose = std::max(0.0, row.dot(pose.covariance * row)),
+                 of_depth = std::hypot(depth->sigma, SigmaOfLandmark(p.z(), metre_sigma)),
+                 off = depth->z - p.z();
+    if (std::abs(off) <= kSigmas * std::sqrt(of_pose + of_depth * of_depth))
+      ++agreement.agree;
+    else if (off > 0)
+      ++agreement.seen_through;
+  }
+  return agreement;
 }
 
 }  // namespace oaslam

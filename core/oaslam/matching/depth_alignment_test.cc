@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "cameras.h"
+#include "oaslam/estimation/pose_refinement.h"
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/matching/depth_agreement.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
@@ -68,6 +68,10 @@ class DepthAlignmentTest : public testing::Test {
   static PoseCovariance Sigmas(double metres, double degrees) {
     return ExpectedPose{{}, metres, degrees * M_PI / 180}.Covariance();
   }
+  std::optional<AlignedPose> Align(const Rigid3& guess, const PoseCovariance& covariance) const {
+    return AlignToDepths(frame_, LandmarksBeforeDepths(frame_, map_, guess), {guess, covariance},
+                         .01);
+  }
   double ErrorOf(const Rigid3& pose) const {
     return (pose.OriginInSource() - truth_.OriginInSource()).norm();
   }
@@ -81,7 +85,7 @@ class DepthAlignmentTest : public testing::Test {
 TEST_F(DepthAlignmentTest, LandmarksThatNobodyRecognizesTellThePose) {
   Build(3);
   const Rigid3 guess = Off(.25, 5) * truth_;
-  const auto aligned = AlignToDepths(frame_, map_, guess, Sigmas(.15, 3));
+  const auto aligned = Align(guess, Sigmas(.15, 3));
   ASSERT_TRUE(aligned);
   EXPECT_GT(ErrorOf(guess), .2);
   EXPECT_LT(ErrorOf(aligned->cam_from_world), .05);
@@ -89,10 +93,21 @@ TEST_F(DepthAlignmentTest, LandmarksThatNobodyRecognizesTellThePose) {
   EXPECT_LT(SigmaOfPosition(aligned->covariance), .08);
 }
 
+TEST_F(DepthAlignmentTest, RoomsBehindTheWallsDoNotCount) {
+  Build(3);
+  for (uint32_t i = 0; i < 4000; ++i) {  // in the view, behind the walls
+    Landmark landmark;
+    landmark.position = {rng_.Uniform(3.5, 9), rng_.Uniform(3.5, 9), rng_.Uniform(3, 8)};
+    map_.landmarks.Insert(LandmarkId(1000 + i), std::move(landmark));
+  }
+  const auto aligned = Align(Off(.25, 5) * truth_, Sigmas(.15, 3));
+  ASSERT_TRUE(aligned);
+  EXPECT_LT(ErrorOf(aligned->cam_from_world), .05);
+}
+
 TEST_F(DepthAlignmentTest, AlongAWallThePoseStaysAsUncertainAsItWas) {
   Build(1);
-  const Rigid3 guess = truth_;
-  const auto aligned = AlignToDepths(frame_, map_, guess, Sigmas(.1, 2));
+  const auto aligned = Align(truth_, Sigmas(.1, 2));
   ASSERT_TRUE(aligned);
   // In the frame of the camera, in which the covariance is.
   const Eigen::Vector3d along = truth_.rotation * Eigen::Vector3d::UnitY(),
@@ -102,38 +117,41 @@ TEST_F(DepthAlignmentTest, AlongAWallThePoseStaysAsUncertainAsItWas) {
   EXPECT_LT(std::sqrt(normal.dot(of_position * normal)), .03);
 }
 
-TEST_F(DepthAlignmentTest, NeedsAMetreAndLandmarks) {
+TEST_F(DepthAlignmentTest, NeedsAMetreDepthsAndLandmarks) {
   Build(3);
-  Map no_landmarks = map_;
-  no_landmarks.landmarks = {};
-  EXPECT_FALSE(AlignToDepths(frame_, no_landmarks, truth_, Sigmas(.1, 2)));
+  EXPECT_GT(LandmarksBeforeDepths(frame_, map_, truth_).size(), 300);
+  EXPECT_FALSE(AlignToDepths(frame_, {}, {truth_, Sigmas(.1, 2)}, .01));
   map_.is_metric = false;
-  EXPECT_FALSE(AlignToDepths(frame_, map_, truth_, Sigmas(.1, 2)));
-  Frame without_depth = frame_;
-  without_depth.depth.reset();
+  EXPECT_TRUE(LandmarksBeforeDepths(frame_, map_, truth_).empty());
   map_.is_metric = true;
-  EXPECT_FALSE(AlignToDepths(without_depth, map_, truth_, Sigmas(.1, 2)));
+  frame_.depth.reset();
+  EXPECT_TRUE(LandmarksBeforeDepths(frame_, map_, truth_).empty());
 }
 
-TEST_F(DepthAlignmentTest, APoseWhoseLandmarksAreSeenThroughIsRefused) {
+TEST_F(DepthAlignmentTest, APoseWhoseLandmarksWouldMostlyBeHiddenIsNoAlignment) {
   Build(3);
-  Relocalization found;
-  found.evidence = PoseEvidence::kObjects;
-  found.confidence = .99;
-  found.covariance = Sigmas(.02, 1);
-  found.cam_from_world = truth_;
-  EXPECT_FALSE(RefuseByDepths(frame_, map_, found));
-  EXPECT_TRUE(found.IsFound());
-  // A metre nearer to the corner than it is: what should be near is far.
-  found.cam_from_world = Rigid3(Eigen::Quaterniond::Identity(), {0, 0, -1}) * truth_;
-  EXPECT_TRUE(RefuseByDepths(frame_, map_, found));
-  EXPECT_FALSE(found.IsFound());
-  EXPECT_NE(found.why_not.find("sees through"), std::string::npos) << found.why_not;
-  EXPECT_LT(found.confidence, .5);
-  // A metre farther: all would be hidden, which may be.
-  const DepthAgreement hidden =
-      CompareDepths(frame_, map_, Rigid3(Eigen::Quaterniond::Identity(), {0, 0, 1}) * truth_, .02);
-  EXPECT_EQ(hidden.seen_through, 0);
+  ASSERT_TRUE(Align(truth_, Sigmas(.02, .1)));
+  const Eigen::Vector3d camera = truth_.OriginInSource();
+  for (uint32_t i = 0; i < 400; ++i)
+    for (uint32_t copy = 1; copy < 3; ++copy) {
+      Landmark landmark;
+      landmark.position = camera + 1.25 * (map_.landmarks.At(LandmarkId(i)).position - camera);
+      map_.landmarks.Insert(LandmarkId(1000 * copy + i), std::move(landmark));
+    }
+  EXPECT_FALSE(Align(truth_, Sigmas(.02, .1)));
+}
+
+TEST_F(DepthAlignmentTest, TheCameraSeesThroughTheLandmarksOfAWrongPose) {
+  Build(3);
+  const auto compared_at = [&](double forward) {
+    const Rigid3 pose = Rigid3(Eigen::Quaterniond::Identity(), {0, 0, -forward}) * truth_;
+    return CompareDepths(frame_, LandmarksBeforeDepths(frame_, map_, pose), {pose, Sigmas(.02, 1)},
+                         .01);
+  };
+  EXPECT_FALSE(compared_at(0).Contradicts());
+  EXPECT_GT(compared_at(0).agree, 300);
+  EXPECT_TRUE(compared_at(1).Contradicts());
+  EXPECT_EQ(compared_at(-.5).seen_through, 0) << "hidden, which may be";
 }
 
 }  // namespace

@@ -10,7 +10,6 @@
 
 #include "oaslam/estimation/absolute_pose.h"
 #include "oaslam/map/landmark_sets.h"
-#include "oaslam/matching/depth_agreement.h"
 #include "oaslam/matching/place_matching.h"
 #include "oaslam/matching/plane_support.h"
 #include "oaslam/matching/point_observation.h"
@@ -152,8 +151,7 @@ Relocalization SearchAround(const Frame& frame, const Map& map,
     const auto matches = SearchByProjection(
         features, map, projected, std::vector<LandmarkId>(features.keypoints.size()),
         {round.radius_px, round.max_hamming, round.ratio, false, !features.learned.empty()});
-    MatchedPoints selected = ObserveMatches(features, map, matches.landmarks);
-    MeasureDepths(frame, map, selected);
+    const MatchedPoints selected = ObserveMatches(features, map, matches.landmarks);
     const PoseReport pose = RefinePose(*frame.camera, found.cam_from_world, selected.observations);
     found.points.inliers = 0;
     found.points.expected = static_cast<int>(projected.size());

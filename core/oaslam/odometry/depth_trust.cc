@@ -9,19 +9,19 @@
 #include "oaslam/util/median.h"
 
 namespace oaslam {
-
 namespace {
 
 // Images that a judgement needs.
 constexpr int kLeastViews = 4;
 
-// The median distance of the logarithms from their median.
-double SpreadOf(const DepthTrust::Views& views, std::vector<double>& off) {
-  off.clear();
-  for (const DepthTrust::View& view : views) off.push_back(view.log_ratio);
+// The distances of logarithms from their median.
+std::vector<double> DistancesFromMedian(const DepthTrust::Views& views,
+                                        double DepthTrust::View::*logarithm) {
+  std::vector<double> off;
+  for (const DepthTrust::View& view : views) off.push_back(view.*logarithm);
   const double median = Median(off);
   for (double& x : off) x = std::abs(x - median);
-  return Median(off);
+  return off;
 }
 
 std::string Describe(const DepthReading& reading) {
@@ -55,10 +55,10 @@ void DepthTrust::Add(double time_s, std::span<const Views> by_reading) {
   judged_s_ = time_s;
   if (by_reading[kAsGiven].size() < kLeast) return;
   ++views_;
-  std::vector<double> off;
-  const double as_given = SpreadOf(by_reading[kAsGiven], off);
   // Where the depths are right, one in twenty is off by three sigmas.
   constexpr double kMost = 3, kFloor = 0.02;
+  const std::vector<double> off =
+      DistancesFromMedian(by_reading[kAsGiven], &DepthTrust::View::log_ratio);
   int count = 0;
   for (size_t i = 0; i < off.size(); ++i)
     count += off[i] > kMost * std::hypot(by_reading[kAsGiven][i].sigma, kFloor);
@@ -66,8 +66,8 @@ void DepthTrust::Add(double time_s, std::span<const Views> by_reading) {
   for (size_t i = 0; i < by_reading.size(); ++i) {
     if (by_reading[i].size() < kLeast) continue;
     ++fits_[i].images;
-    fits_[i].as_given += as_given;
-    fits_[i].spread += SpreadOf(by_reading[i], off);
+    fits_[i].spread += Median(DistancesFromMedian(by_reading[i], &DepthTrust::View::log_ratio));
+    fits_[i].as_given += Median(DistancesFromMedian(by_reading[i], &DepthTrust::View::as_given));
   }
 }
 

@@ -21,8 +21,9 @@ struct DepthReading {
 class DepthTrust {
  public:
   // A depth that was measured, by the one that the images tell, and the sigma of the logarithm.
+  // `as_given`: the same of the depth of the point as it was given.
   struct View {
-    double log_ratio = 0, sigma = 0;
+    double log_ratio = 0, as_given = 0, sigma = 0;
   };
   using Views = std::vector<View>;
   static constexpr std::array kReadings{DepthReading{},

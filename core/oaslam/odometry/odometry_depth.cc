@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -128,11 +129,20 @@ void Odometry::RememberDepth(double time_s) {
   if (depth_ && depth_trust_.IsDue(time_s + kSeconds)) recent_depths_[time_s] = depth_;
 }
 
-// The depths that came within a hundredth of this time; null: none.
+// The depths that came nearest to this time; null where none came within a hundredth of a second.
 const DepthMap* Odometry::DepthNear(double time_s) const {
   constexpr double kTolerance = 0.012;
-  const auto at = recent_depths_.lower_bound(time_s - kTolerance);
-  return at != recent_depths_.end() && at->first < time_s + kTolerance ? at->second.get() : nullptr;
+  const auto after = recent_depths_.lower_bound(time_s);
+  const DepthMap* nearest = nullptr;
+  double least = kTolerance;
+  const auto try_one = [&](const auto& at) {
+    if (std::abs(at->first - time_s) >= least) return;
+    least = std::abs(at->first - time_s);
+    nearest = at->second.get();
+  };
+  if (after != recent_depths_.end()) try_one(after);
+  if (after != recent_depths_.begin()) try_one(std::prev(after));
+  return nearest;
 }
 
 // What the depths of an image say of its points, by each reading, besides what the images tell.
@@ -140,23 +150,30 @@ std::array<DepthTrust::Views, DepthTrust::kReadings.size()> Odometry::ViewDepths
     const Window& free, std::span<const int> points, std::span<const double> variances,
     const WindowImage& image) const {
   constexpr double kKnown = 0.05;  // by the images, a share
+  // Noise counts less in a logarithm to which much was added: points are this far, in offsets.
+  constexpr double kOffsets = 4;
+  const DepthMap* given = DepthNear(image.time_s);
   const double working = std::ldexp(1, halvings_);
   const Eigen::Vector2d center(camera_.cx, camera_.cy);
   std::array<DepthTrust::Views, DepthTrust::kReadings.size()> views;
   for (size_t i = 0; i < views.size(); ++i) {
     const auto& [zoom, offset, delay] = DepthTrust::kReadings[i];
     const DepthMap* map = DepthNear(image.time_s + delay);
-    if (!map) continue;
+    if (!given || !map) continue;
     for (size_t k = 0; k < points.size(); ++k) {
       const WindowPoint& p = free.points[points[k]];
       const Eigen::Vector2f* px = p.PxIn(image.id);
       const double sigma = std::sqrt(variances[k]) / p.inverse_depth;
       if (!px || !(sigma > 0 && sigma < kKnown)) continue;
-      const auto depth = map->At(working * (center + zoom * (px->cast<double>() - center)));
+      const Eigen::Vector2d at = px->cast<double>();
+      const auto as_given = given->At(working * at),
+                 depth = map->At(working * (center + zoom * (at - center)));
       const double inverse_depth = free.InverseDepthIn(p, image);
-      if (depth && depth->z + offset > 0 && inverse_depth > 0)
-        views[i].push_back({std::log((depth->z + offset) * inverse_depth),
-                            std::hypot(sigma, depth->sigma / depth->z)});
+      if (!as_given || !depth || !(inverse_depth > 0) || depth->z < kOffsets * std::abs(offset))
+        continue;
+      views[i].push_back({std::log((depth->z + offset) * inverse_depth),
+                          std::log(as_given->z * inverse_depth),
+                          std::hypot(sigma, depth->sigma / depth->z)});
     }
   }
   return views;

@@ -140,9 +140,11 @@ TEST(DepthTrustTest, DepthsThatFitBetterReadAnotherWayAreNamed) {
       std::array<DepthTrust::Views, DepthTrust::kReadings.size()> views;
       for (size_t reading = 0; reading < views.size(); ++reading)
         for (int i = 0; i < 100; ++i) {
-          const double off = reading == best ? .5 * spread : spread;
+          const double off = reading == best ? .5 * spread : spread,
+                       as_given = reading == DepthTrust::kAsGiven ? off : spread;
           const bool is_wrong = i < 100 * share_wrong;
-          views[reading].push_back({.3 + (i % 2 ? off : -off) + (is_wrong ? 1 : 0), .01});
+          const double wrong = .3 + (is_wrong ? 1 : 0), sign = i % 2 ? 1 : -1;
+          views[reading].push_back({wrong + sign * off, wrong + sign * as_given, .01});
         }
       trust.Add(image, views);
     }

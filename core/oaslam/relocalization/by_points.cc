@@ -8,7 +8,6 @@
 #include "oaslam/estimation/absolute_pose.h"
 #include "oaslam/estimation/focal_refinement.h"
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/matching/depth_agreement.h"
 #include "oaslam/matching/place_matching.h"
 #include "oaslam/matching/place_search.h"
 #include "oaslam/matching/point_observation.h"
@@ -86,7 +85,6 @@ Relocalization RelocalizeByPoints(const Frame& frame, const Map& map, const Plac
     if (roughly && CosineOfDirections(keyframe.cam_from_world, *roughly) < kMinCosine) continue;
     std::optional<Relocalization> found = FindAtPlace(frame, map, place, appearance, options, rng);
     if (!found) continue;
-    RefuseByDepths(frame, map, *found);
     Keep(*std::move(found), best);
     if (best.confidence > kConfidenceThatEndsSearch) break;
   }

@@ -5,9 +5,9 @@
 #include <string>
 #include <utility>
 
-#include "oaslam/matching/depth_agreement.h"
 #include "oaslam/matching/place_search.h"
 #include "oaslam/objects/box_depth.h"
+#include "oaslam/relocalization/by_depths.h"
 #include "oaslam/relocalization/by_objects.h"
 #include "oaslam/relocalization/by_objects_paper.h"
 #include "oaslam/relocalization/by_points.h"
@@ -69,17 +69,15 @@ void LeadWithAccepted(Relocalization& found) {
 std::optional<Relocalization> FrameSearch::Near(const Frame& frame,
                                                 const Rigid3& cam_from_world) const {
   Relocalization found = Confirmed(frame, cam_from_world, kMaxErrorRad);
+  if (found.IsFound()) ApplyDepths(frame, map_, found);
   const bool is_sure = found.confidence >= tools_.config.relocalization.accept_confidence;
   return found.IsFound() && is_sure ? std::optional(std::move(found)) : std::nullopt;
 }
 
 Relocalization FrameSearch::Confirmed(const Frame& frame, const Rigid3& cam_from_world,
                                       double error_rad) const {
-  Relocalization found =
-      FindNear(frame, map_, map_.landmarks.Ids(), cam_from_world, SearchRadius(frame, error_rad),
-               {3 * kRansacIterations, kConfirms}, tools_.rng);
-  RefuseByDepths(frame, map_, found);
-  return found;
+  return FindNear(frame, map_, map_.landmarks.Ids(), cam_from_world, SearchRadius(frame, error_rad),
+                  {3 * kRansacIterations, kConfirms}, tools_.rng);
 }
 
 Relocalization FrameSearch::ByPoints(const Frame& frame, Appearance appearance,
@@ -88,6 +86,7 @@ Relocalization FrameSearch::ByPoints(const Frame& frame, Appearance appearance,
       frame, map_, *tools_.places, tools_.config.relocalization, tools_.rng, appearance, roughly);
   if (found.IsFound() && tools_.mode == RelocalizationMode::kPointsAndObjects)
     JoinObjects(frame, found);
+  if (found.IsFound()) ApplyDepths(frame, map_, found);
   return found;
 }
 
@@ -121,8 +120,7 @@ std::vector<Relocalization> FrameSearch::SearchPosesByObjects(const Frame& frame
           ? tools_.trails->Follow(frame.timestamp, detections, camera, map_, config,
                                   frame.gravity_in_cam, tools_.rng)
           : RelocalizeByObjects(detections, camera, map_, config, frame.gravity_in_cam, tools_.rng);
-  std::ranges::stable_partition(
-      poses, [&](Relocalization& pose) { return !RefuseByDepths(frame, map_, pose); });
+  for (Relocalization& pose : poses) ApplyDepths(frame, map_, pose);
   return poses;
 }
 
@@ -151,6 +149,8 @@ Relocalization FrameSearch::ByObjects(const Frame& frame) {
     // Few points agree by chance with a pose in which most of these objects are elsewhere.
     const std::optional<size_t> agree = JoinObjects(frame, confirmed);
     if (agree && 2 * *agree < pose.objects.matched.size()) continue;
+    ApplyDepths(frame, map_, confirmed);
+    if (!confirmed.IsFound()) continue;
     confirmed.evidence = PoseEvidence::kPointsAndObjects;
     confirmed.confidence = ConfidenceOfBoth(confirmed.confidence, pose.confidence);
     if (!IsAsInPaper() && confirmed.confidence < config.accept_confidence) continue;

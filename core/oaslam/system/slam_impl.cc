@@ -417,7 +417,8 @@ RelocalizationResult Slam::Impl::Relocalize(const ImageInput& input,
   Frame frame = input.image.empty() && !input.features
                     ? FrameOfBoxes(input, options.follow ? input.timestamp : 0)
                     : MakeFrame(input, 0, config_.features.count);
-  if (input.depth) frame.depth = depth_registration_.Register(*input.depth, *frame.camera);
+  if (input.depth && !odometry_->RefusesDepth())
+    frame.depth = depth_registration_.Register(*input.depth, *frame.camera);
   if (options.follow) last_followed_ = input.timestamp;
   return Find(frame, options, watch.WallMs());
 }
