@@ -117,7 +117,7 @@ function(oaslam_room name)
 endfunction()
 
 # The rooms that read foreign bytes or manage memory themselves.
-set(oaslam_foreign_rooms detection features formats images map net recordings service storage)
+set(oaslam_foreign_rooms detection features formats images map net recordings ros2 service storage)
 set(oaslam_sanitizers -fsanitize=address,undefined -fno-sanitize-recover=all -fno-sanitize=null,object-size,vptr)
 set(oaslam_sanitizer_definitions EIGEN_MALLOC_ALREADY_ALIGNED=1)  # as below OASLAM_SANITIZE above
 

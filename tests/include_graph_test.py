@@ -3,7 +3,7 @@ import pathlib
 import re
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PARTS = ("core", "command", "viewer", "server")  # each may use those before it
+PARTS = ("core", "command", "viewer", "server", "ros2")  # each may use those before it
 PUBLIC = [ROOT / part / "include" / "oaslam" for part in PARTS if (ROOT / part / "include").exists()]
 TYPE = r"^(?:struct|class|enum class) (?:OASLAM_\w+ )?"
 

@@ -8,7 +8,7 @@
 #               clang-format 14, PostgreSQL and HAProxy (the service; they are installed without being started), doxygen (the
 #               interface), zsh (the completions), COLMAP and Assimp (readers of what is exported), OpenCV, Matplotlib and mypy
 #               (examples in Python), pip and venv (the wheel), Google Benchmark and OpenCV's features2d (benchmarks),
-#               clang 16 or later (tools/fuzz)
+#               clang 16 or later (tools/fuzz), CycloneDDS and Fast DDS (the program oaslam-ros2, and its tests)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 mode=${1:-}
@@ -33,7 +33,7 @@ if [[ $mode =~ ^--(python|tests|packages)$ ]]; then
   packages+=(python3-dev pybind11-dev python3-numpy)                        # the Python module
 fi
 if [ "$mode" = --packages ]; then
-  packages+=(dpkg-dev file)                                                 # what CPack asks
+  packages+=(cyclonedds-dev dpkg-dev file)                                                 # what CPack asks
 fi
 if [ "$mode" = --tests ]; then
   packages+=(libgtest-dev libgmock-dev python3 python3-pytest ffmpeg curl)  # ffmpeg writes videos, curl the requests of docs/service.md
@@ -41,6 +41,7 @@ fi
 if [ "$mode" = --optional ]; then
   packages=(
     libbenchmark-dev libopencv-features2d-dev
+    cyclonedds-dev libfastrtps-dev
     assimp-utils colmap python3-opencv python3-matplotlib mypy python3-pip python3-venv
     clang-format-14 postgresql haproxy doxygen zsh
   )

@@ -16,11 +16,15 @@ namespace oaslam::apps {
 namespace {
 
 constexpr const char* kMore = "More";
-constexpr std::array kGroups = {"Input", "Camera", "Objects", "Output", "Live", kMore};
+constexpr const char* kRobot = "ROS 2";
+constexpr std::array kGroups = {kRobot, "Input", "Camera", "Objects", "Output", "Live", kMore};
 
 // The options that are not of the last group.
 const std::map<std::string, std::vector<std::string>>& OptionsOfGroups() {
   static const std::map<std::string, std::vector<std::string>> options = {
+      {kRobot,
+       {"domain", "map-frame", "odom-frame", "base-frame", "publish-camera-tf", "tf-ahead",
+        "read-only"}},
       {"Input",
        {"images", "dataset", "time-unit", "from", "to", "fps", "exif-rotation", "follow", "map",
         "map-in", "maps", "submap", "imu", "gravity", "groundtruth", "trajectory"}},
@@ -65,7 +69,7 @@ class InOrder : public CLI::Formatter {
         make_description(app) + make_usage(app, std::move(name)) + make_positionals(app);
     for (const char* group : kGroups) {
       const auto options = app->get_options([&](const CLI::Option* option) {
-        const bool is_shown = !is_long_ || mode == CLI::AppFormatMode::All ||
+        const bool is_shown = !is_long_ || mode == CLI::AppFormatMode::All || group == kRobot ||
                               IsOftenNeeded(option->get_single_name()) ||
                               option == app->get_help_ptr() || option == app->get_help_all_ptr();
         return is_shown && option->get_group() == group && option->nonpositional();

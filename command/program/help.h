@@ -5,9 +5,9 @@
 
 namespace oaslam::apps {
 
-// Sorts the options of each command that has many into groups: input, camera, objects, output,
-// live, more. Gives each command --help-all; where --help would be too long, it shows a part. To be
-// called once all commands are added.
+// Sorts the options of each command that has many into groups: of a robot, input, camera, objects,
+// output, live, more. Gives each command --help-all; where --help would be too long, it shows a
+// part. To be called once all commands are added.
 void GroupOptions(CLI::App& app);
 
 // After a command line that was refused: its first option that the command does not have; empty

@@ -70,10 +70,12 @@ bool IsLate(PlaybackClock& playback, double timestamp, double interval_s) {
   return false;
 }
 
-void AddLateDetections(FrameInputs& inputs, Slam& slam, RunResults& results) {
-  for (const BackgroundDetector::Result& found : inputs.TakeLate())
+void AddLateDetections(FrameInputs& inputs, Slam& slam, RunView& view, RunResults& results) {
+  for (const BackgroundDetector::Result& found : inputs.TakeLate()) {
     results.Detected(found.frame, static_cast<int>(found.detections.size()),
                      slam.AddDetections(found.frame, found.detections));
+    view.ShowLate(found.frame, found.detections);
+  }
 }
 
 std::optional<Camera> CameraOfMap(const std::string& path) {
@@ -236,7 +238,7 @@ void ProcessImages(FrameInputs& inputs, Slam& slam, bool drops_late,
   while (!Interrupted()) {
     playback.Delay(sinks.view.Obey(slam, reset));
     if (Interrupted()) break;
-    const std::optional<FrameInput> frame = inputs.Next();
+    std::optional<FrameInput> frame = inputs.Next();
     if (!frame) break;
     const double timestamp = frame->input.timestamp;
     if (drops_late && IsLate(playback, timestamp, timestamp - std::exchange(last, timestamp))) {
@@ -244,17 +246,18 @@ void ProcessImages(FrameInputs& inputs, Slam& slam, bool drops_late,
       inputs.KeepSamples(*frame);
       continue;
     }
+    sinks.view.Prepare(slam, *frame);
     const TrackingResult result = slam.Process(frame->input);
     inputs.SetState(result.state);
     Take(slam, *frame, result, counts.dropped, sinks);
     const std::optional<Vertical> vertical = VerticalIn(slam, *frame, result);
     inputs.SetVertical(vertical);
     inputs.DetectLate(result.frame, frame->input.image, vertical);
-    AddLateDetections(inputs, slam, sinks.results);
+    AddLateDetections(inputs, slam, sinks.view, sinks.results);
     progress.Update(++counts.done, Describe(*frame, result));
   }
   if (!Interrupted()) inputs.FinishLate();
-  AddLateDetections(inputs, slam, sinks.results);
+  AddLateDetections(inputs, slam, sinks.view, sinks.results);
 }
 
 // What was written, and what is said of it.
@@ -370,6 +373,9 @@ void Run(const RunOptions& given) {
                                       : FolderOfMapFile(options.map_out, "--map-out");
   MapOut map_out(options.map_out);
   Recording recording(options.recording, options.images);
+  if (options.camera.camera.empty())
+    if (const auto camera = options.view->CameraOfSource(options.images))
+      side.recorded_camera = options.camera.recorded = camera;
   const cv::Mat mask = MaskFor(options.mask, options.camera.camera, options.images, options.common);
   const std::optional<CameraEstimate> first_estimate = EstimateFor(options, config, mask);
   FrameInputs inputs(

@@ -23,7 +23,7 @@ class TestComponents(harness.InFolder):
     @classmethod
     def prepare(cls):
         cls.cache = cache()
-        names = ["library", "development", "viewer", "viewer_development", "command", "viewer_command", "server"] + (["python"] if cls.cache["OASLAM_BUILD_PYTHON"] == "ON" else [])
+        names = ["library", "development", "viewer", "viewer_development", "command", "viewer_command", "server"] + (["ros2"] if os.path.exists(os.path.join(BUILD, "oaslam-ros2")) else []) + (["python"] if cls.cache["OASLAM_BUILD_PYTHON"] == "ON" else [])
         cls.files = {name: cls.installed(name, "--component", name) for name in names}
 
     @classmethod
@@ -56,6 +56,7 @@ class TestComponents(harness.InFolder):
             "bin/oaslam", "share/bash-completion/completions/oaslam", f"share/zsh/{zsh}/_oaslam", "share/man/man1/oaslam.1.gz"])
         assert self.files["viewer_command"] == ["bin/oaslam-viewer"]
         assert self.files["server"] == ["bin/oaslam-server", "share/man/man1/oaslam-server.1.gz"]
+        assert self.files.get("ros2", ["bin/oaslam-ros2"]) == ["bin/oaslam-ros2"]
 
     def test_the_python_module_has_its_types(self):
         if "python" not in self.files:

@@ -12,7 +12,7 @@ namespace oaslam {
 namespace {
 
 void WriteMcap(const SavedMap& saved, ResultTopics& topics) {
-  topics.SetMapFromWorld(RosFromWorld(saved.map));
+  topics.SetMapFromWorld({RosFromWorld(saved.map), {0, 0, 0}});
   std::vector<std::vector<StampedPose>> all = FinalTrajectories(saved);
   double begin = std::numeric_limits<double>::infinity();
   for (const std::vector<StampedPose>& poses : all)

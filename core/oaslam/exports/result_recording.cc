@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
-#include "oaslam/geometry/decompositions.h"
 #include "oaslam/storage/map_file.h"
 
 namespace oaslam {
@@ -50,7 +48,7 @@ void ResultRecording::AddMap(const RecordedResult& result, const ClassNames& nam
     topics_.AddEvent(result.timestamp, true,
                      fmt::format("the map is another one, or has another unit: world {}",
                                  ToString(result.world)));
-  Level(result, is_new_world);
+  Level(result);
   topics_.AddPath(result.timestamp, path_, KeyframePoses(map));
   topics_.AddMap(result.timestamp, map, names);
   world_ = result.world;
@@ -59,25 +57,14 @@ void ResultRecording::AddMap(const RecordedResult& result, const ClassNames& nam
   next_map_s_ = result.timestamp + std::max(kInterval, BytesOf(map) / kBytesPerSecond);
 }
 
-void ResultRecording::Level(const RecordedResult& result, bool is_new_world) {
-  constexpr double kTolerance = std::numbers::pi / 180;  // rad; less is not seen
-  const Rigid3::Rotation found = RosFromWorld(*result.map);
-  if (is_new_world) {
-    map_from_world_ = found;
-  } else {
-    // Where "forward" is stays as it was.
-    const Eigen::Vector3d up = map_from_world_ * (found.conjugate() * Eigen::Vector3d::UnitZ());
-    const double angle = std::acos(std::clamp(up.z(), -1.0, 1.0));
-    if (angle < kTolerance) return;
-    map_from_world_ =
-        (Rigid3::Rotation(TurnBetween(up, Eigen::Vector3d::UnitZ())) * map_from_world_)
-            .normalized();
+void ResultRecording::Level(const RecordedResult& result) {
+  const double angle = frame_.Follow(*result.map, result.world);
+  if (angle > 0)
     topics_.AddEvent(
         result.timestamp, false,
         fmt::format("the map was turned by {:.1f} degrees: its vertical is known better",
                     angle * 180 / std::numbers::pi));
-  }
-  topics_.SetMapFromWorld(map_from_world_);
+  topics_.SetMapFromWorld(frame_.map_from_world());
 }
 
 }  // namespace oaslam

@@ -38,7 +38,7 @@ class ResultRecording {
  private:
   void AddMap(const RecordedResult& result, const ClassNames& names);
   // Turns the frame `map` where the map knows its vertical better.
-  void Level(const RecordedResult& result, bool is_new_world);
+  void Level(const RecordedResult& result);
 
   ResultTopics topics_;
   uint16_t path_;
@@ -47,7 +47,7 @@ class ResultRecording {
   WorldId world_;                    // of the map that was written
   std::optional<uint64_t> version_;  // of it
   double next_map_s_ = 0;
-  Rigid3::Rotation map_from_world_ = Rigid3::Rotation::Identity();
+  RosMapFrame frame_;
 };
 
 }  // namespace oaslam

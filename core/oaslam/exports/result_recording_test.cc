@@ -9,6 +9,7 @@
 #include "folder_test.h"
 #include "full_disk.h"
 #include "oaslam/exports/map_export.h"
+#include "oaslam/exports/result_messages.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/recordings/recording_reader.h"
 #include "oaslam/recordings/ros_definitions.h"
@@ -286,6 +287,33 @@ TEST_F(ResultRecordings, ASavedMapThatFindsNoRoomLeavesTheFormerFile) {
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
   ExportMcap(path, saved);
   EXPECT_NE(folder.Read("a.mcap"), before);
+}
+
+TEST(ResultMessages, AreInTheLayoutOfRos) {
+  RosTwist twist{.linear = {1, 2, 3}, .angular = {4, 5, 6}};
+  twist.covariance(0, 5) = 0.5;
+  RosCovariance covariance = RosCovariance::Zero();
+  covariance(1, 0) = 0.25;
+  const json odometry =
+      Decoder("nav_msgs/Odometry",
+              OdometryMessage({1'700'000'000'000'000'007, "map"}, "base_link",
+                              {Rigid3::Rotation(0.8, 0, 0.6, 0), {7, 8, 9}}, covariance, twist)
+                  .bytes())
+          .value;
+  EXPECT_EQ(odometry["header"]["stamp"], json::parse(R"({"sec": 1700000000, "nanosec": 7})"));
+  EXPECT_EQ(odometry["child_frame_id"], "base_link");
+  EXPECT_EQ(Vector(odometry["pose"]["pose"]["position"]), Eigen::Vector3d(7, 8, 9));
+  EXPECT_EQ(odometry["pose"]["covariance"][6], 0.25);
+  EXPECT_EQ(Vector(odometry["twist"]["twist"]["angular"]), twist.angular);
+  EXPECT_EQ(odometry["twist"]["covariance"][5], 0.5);
+
+  const json status =
+      Decoder("diagnostic_msgs/DiagnosticArray",
+              DiagnosticsMessage(5, {{Diagnostic::kWarning, "a", "bc", {{"k", "v"}, {"", "w"}}}})
+                  .bytes())
+          .value;
+  EXPECT_EQ(status["status"][0], json::parse(R"({"level": 1, "name": "a", "message": "bc",
+    "hardware_id": "", "values": [{"key": "k", "value": "v"}, {"key": "", "value": "w"}]})"));
 }
 
 }  // namespace

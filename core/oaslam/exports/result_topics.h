@@ -7,6 +7,7 @@
 
 #include "oaslam/camera.h"
 #include "oaslam/class_names.h"
+#include "oaslam/exports/ros_map_frame.h"
 #include "oaslam/map/map.h"
 #include "oaslam/recordings/mcap_writer.h"
 #include "oaslam/rigid3.h"
@@ -14,10 +15,6 @@
 #include "oaslam/types.h"
 
 namespace oaslam {
-
-// The rotation from the world of a map to ROS' frame of a map: x forward as the first camera
-// looks, y left, z up by the vertical of the map, or else by how the cameras were held.
-Rigid3::Rotation RosFromWorld(const Map& map);
 
 // The frame of a camera, with the axes of OpenCV.
 inline constexpr char kCameraFrame[] = "camera_optical_frame";
@@ -31,9 +28,7 @@ class ResultTopics {
   explicit ResultTopics(const std::string& path, const std::string& name = "");
 
   // How the frame `map` lies to the world from now on.
-  void SetMapFromWorld(const Rigid3::Rotation& rotation) {
-    map_from_world_ = {rotation, {0, 0, 0}};
-  }
+  void SetMapFromWorld(const Rigid3& map_from_world) { map_from_world_ = map_from_world; }
 
   // `frame`: of the camera.
   void AddTransform(double time, const std::string& frame, const Rigid3& world_from_cam);
@@ -53,10 +48,6 @@ class ResultTopics {
   void Finish() { file_.Finish(); }
 
  private:
-  void AddLandmarks(double time, const Map& map);
-  void AddMarkers(double time, const Map& map, const ClassNames& names);
-  void AddObjects(double time, const Map& map, const ClassNames& names);
-
   McapWriter file_;
   uint16_t transforms_, pose_, landmarks_, markers_, objects_, image_, camera_, detections_,
       events_;

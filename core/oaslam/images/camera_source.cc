@@ -63,6 +63,19 @@ std::string Reason(int error) {
   return text.data();
 }
 
+// Those of AddCameraScheme.
+std::map<std::string, OpenOwnCamera>& CamerasOfProgram() {
+  static std::map<std::string, OpenOwnCamera> cameras;
+  return cameras;
+}
+
+// Null: it is not one of these.
+const OpenOwnCamera* CameraOfProgram(const std::string& source) {
+  for (const auto& [scheme, open] : CamerasOfProgram())
+    if (source.starts_with(scheme)) return &open;
+  return nullptr;
+}
+
 bool IsOfNetwork(const std::string& source) {
   return std::ranges::any_of(kSchemes, [&](const char* s) { return source.starts_with(s); });
 }
@@ -285,11 +298,16 @@ class CameraSource : public ImageSource {
 
 bool IsCamera(const std::string& source) {
   return source.starts_with("webcam:") || source.starts_with("usb:") ||
-         source.starts_with(kDevice) || IsOfNetwork(source);
+         source.starts_with(kDevice) || IsOfNetwork(source) || CameraOfProgram(source);
+}
+
+void AddCameraScheme(const std::string& scheme, OpenOwnCamera open) {
+  CamerasOfProgram()[scheme] = std::move(open);
 }
 
 std::unique_ptr<ImageSource> OpenStream(const std::string& source,
                                         const ImageSourceOptions& options) {
+  if (const OpenOwnCamera* open = CameraOfProgram(source)) return (*open)(source, options);
   return std::make_unique<CameraSource>(source, options);
 }
 

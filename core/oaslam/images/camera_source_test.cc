@@ -56,6 +56,23 @@ TEST(CameraSource, StoppedWhileItWaitsForAnAnswer) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
 }
 
+TEST(CameraSource, AProgramMayHaveItsOwn) {
+  struct NoImages : ImageSource {
+    std::optional<InputImage> Next() override { return std::nullopt; }
+    int size() const override { return -1; }
+  };
+  EXPECT_FALSE(IsCamera("robot:/camera"));
+  std::string opened;
+  AddCameraScheme("robot:", [&](const std::string& source, const ImageSourceOptions&) {
+    opened = source;
+    return std::make_unique<NoImages>();
+  });
+  EXPECT_TRUE(IsCamera("robot:/camera"));
+  EXPECT_FALSE(IsCamera("robots.mp4"));
+  EXPECT_EQ(OpenImages("robot:/camera")->size(), -1);
+  EXPECT_EQ(opened, "robot:/camera");
+}
+
 TEST(CameraSource, CamerasAtUsbAreCountedByTheirNumbers) {
   const fs::path folder = fs::temp_directory_path() / ("oaslam_usb_" + std::to_string(getpid()));
   const auto add = [&](const std::string& name, const std::string& hardware, int index) {

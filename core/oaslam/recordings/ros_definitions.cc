@@ -15,6 +15,16 @@ namespace {
 const std::map<std::string_view, std::string_view> kDefinitions = {
     {"builtin_interfaces/Duration", "int32 sec\nuint32 nanosec\n"},
     {"builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"},
+    {"diagnostic_msgs/DiagnosticArray",
+     "std_msgs/Header header\n"
+     "diagnostic_msgs/DiagnosticStatus[] status\n"},
+    {"diagnostic_msgs/DiagnosticStatus",
+     "uint8 level\n"
+     "string name\n"
+     "string message\n"
+     "string hardware_id\n"
+     "diagnostic_msgs/KeyValue[] values\n"},
+    {"diagnostic_msgs/KeyValue", "string key\nstring value\n"},
     {"geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n"},
     {"geometry_msgs/Pose",
      "geometry_msgs/Point position\n"
@@ -32,7 +42,14 @@ const std::map<std::string_view, std::string_view> kDefinitions = {
      "std_msgs/Header header\n"
      "string child_frame_id\n"
      "geometry_msgs/Transform transform\n"},
+    {"geometry_msgs/Twist", "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n"},
+    {"geometry_msgs/TwistWithCovariance", "geometry_msgs/Twist twist\nfloat64[36] covariance\n"},
     {"geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"},
+    {"nav_msgs/Odometry",
+     "std_msgs/Header header\n"
+     "string child_frame_id\n"
+     "geometry_msgs/PoseWithCovariance pose\n"
+     "geometry_msgs/TwistWithCovariance twist\n"},
     {"nav_msgs/Path", "std_msgs/Header header\ngeometry_msgs/PoseStamped[] poses\n"},
     {"rcl_interfaces/Log",
      "builtin_interfaces/Time stamp\n"

@@ -138,7 +138,8 @@ std::vector<RosTransform> ReadRosTransforms(const RecordedMessage& message) {
   const uint32_t count = in.Count(kLeast);
   std::vector<RosTransform> transforms;
   for (uint32_t i = 0; i < count; ++i) {
-    RosTransform transform{.parent = in.Header().frame, .child = in.Text()};
+    const RosHeader header = in.Header();
+    RosTransform transform{.parent = header.frame, .child = in.Text(), .stamp = header.stamp};
     if (transform.child.starts_with('/')) transform.child.erase(0, 1);
     std::array<double, 7> v{};  // x y z, then the quaternion x y z w
     in.Get(v);

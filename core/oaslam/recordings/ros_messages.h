@@ -61,6 +61,7 @@ struct RosImu {
 struct RosTransform {
   std::string parent, child;  // frames
   Rigid3 parent_from_child{};
+  int64_t stamp = 0;  // nanoseconds
 };
 
 // vision_msgs/Detection2DArray, as from version 3 on.
