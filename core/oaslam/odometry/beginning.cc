@@ -12,6 +12,7 @@
 
 #include "oaslam/geometry/degree.h"
 #include "oaslam/geometry/pose_step.h"
+#include "oaslam/odometry/inverse_depth_solver.h"
 #include "oaslam/odometry/two_images.h"
 #include "oaslam/util/median.h"
 

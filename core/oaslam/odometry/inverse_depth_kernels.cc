@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "oaslam/estimation/huber.h"
-#include "oaslam/odometry/inverse_depth_solver.h"
+#include "oaslam/odometry/inverse_depth_problem.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE \

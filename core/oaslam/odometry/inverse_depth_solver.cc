@@ -13,103 +13,10 @@
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/geometry/skew.h"
 #include "oaslam/odometry/inverse_depth_kernels.h"
+#include "oaslam/odometry/prior_residuals.h"
 #include "oaslam/odometry/sightings_by_pair.h"
 
 namespace oaslam {
-namespace {
-
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-
-struct Cam {
-  Eigen::Matrix3d rotation;
-  Eigen::Vector3d translation, center;
-};
-
-std::vector<Cam> CamsOf(const InverseDepthState& state) {
-  std::vector<Cam> cams;
-  cams.reserve(state.poses.size());
-  for (const Rigid3& pose : state.poses)
-    cams.push_back({pose.rotation.toRotationMatrix(), pose.translation, pose.OriginInSource()});
-  return cams;
-}
-
-Eigen::Vector3d ChangeOfVelocity(const VelocityPrior& v, const std::vector<Cam>& cams) {
-  return ((cams[v.after].center - cams[v.middle].center) / v.second_s -
-          (cams[v.middle].center - cams[v.before].center) / v.first_s) /
-         v.sigma;
-}
-
-// In units of its sigma, about the axes of the second image.
-Eigen::Vector3d RotationError(const RotationPrior& r, const std::vector<Cam>& cams) {
-  const Eigen::AngleAxisd off(cams[r.second].rotation * cams[r.first].rotation.transpose() *
-                              r.turn.second_from_first.toRotationMatrix().transpose());
-  return off.angle() / std::sqrt(r.turn.variance) * off.axis();
-}
-
-Eigen::Vector3d TurnBetween(const Cam& first, const Cam& second) {
-  const Eigen::AngleAxisd turn(second.rotation * first.rotation.transpose());
-  return turn.angle() * turn.axis();
-}
-
-// In units of its sigma.
-Eigen::Vector3d ChangeOfTurnRate(const TurnRatePrior& t, const std::vector<Cam>& cams) {
-  return (TurnBetween(cams[t.middle], cams[t.after]) / t.second_s -
-          TurnBetween(cams[t.before], cams[t.middle]) / t.first_s) /
-         t.sigma;
-}
-
-constexpr double kCauchyChi2 = 9;  // of a measured depth: three sigmas
-
-std::array<Rigid3, 3> PosesOf(const InertialTriple& t, const InverseDepthState& state) {
-  return {state.poses[t.before], state.poses[t.middle], state.poses[t.after]};
-}
-
-double InertialCost(const InertialProblem& problem, const InverseDepthState& state,
-                    double huber_chi2) {
-  double cost = problem.prior.CostOf(state.inertial) + std::pow(GravityError(state.inertial), 2);
-  for (const InertialTriple& t : problem.triples)
-    cost +=
-        LossOf(ResidualOf(t, PosesOf(t, state), problem.lever, state.inertial).value.squaredNorm(),
-               huber_chi2)
-            .cost;
-  return cost;
-}
-
-double Cost(const InverseDepthProblem& problem, const InverseDepthState& state,
-            std::optional<double> outlier_chi2, SightingsByPair& sightings,
-            std::vector<double>& costs) {
-  const std::vector<Cam> cams = CamsOf(state);
-  sightings.Update(state);
-  costs.resize(sightings.rows());
-  CostsOfSightings(sightings.pairs(), sightings.table(), outlier_chi2 ? 0 : problem.corner_chi2,
-                   costs.data());
-  double cost = 0;
-  for (size_t i = 0; i < problem.measurements.size(); ++i) {
-    const double of = costs[sightings.RowOf(i)];
-    if (outlier_chi2)
-      cost += LossOf(std::min(of, *outlier_chi2), problem.huber_chi2).cost;
-    else if (!problem.measurements[i].is_outlier)
-      cost += of;
-  }
-  for (size_t i = 0; i < problem.points.size(); ++i) {
-    const DepthPrior& p = problem.points[i];
-    const double off = (state.inverse_depths[i] - p.inverse_depth) / p.sigma;
-    cost += p.is_measured ? kCauchyChi2 * std::log1p(off * off / kCauchyChi2) : off * off;
-  }
-  for (const VelocityPrior& v : problem.velocities) cost += ChangeOfVelocity(v, cams).squaredNorm();
-  for (const TurnRatePrior& t : problem.turn_rates)
-    cost += LossOf(ChangeOfTurnRate(t, cams).squaredNorm(), problem.huber_chi2).cost;
-  for (const RotationPrior& r : problem.rotations) cost += RotationError(r, cams).squaredNorm();
-  if (problem.inertial) cost += InertialCost(*problem.inertial, state, problem.huber_chi2);
-  if (problem.length) {
-    const LengthPrior& l = *problem.length;
-    const double off = ((cams[l.second].center - cams[l.first].center).norm() - l.length) / l.sigma;
-    cost += off * off;
-  }
-  return cost;
-}
-
-}  // namespace
 
 struct InverseDepthSolver::Memory {
   struct Depth {
@@ -134,6 +41,8 @@ struct InverseDepthSolver::Memory {
 
 namespace {
 
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
 // The normal equations of the poses and the inverse depths, which are eliminated by their Schur
 // complement (Triggs et al., "Bundle Adjustment - A Modern Synthesis", 2000).
 class WindowEquations {
@@ -150,7 +59,7 @@ class WindowEquations {
   }
 
   double Cost(const InverseDepthState& state) {
-    return oaslam::Cost(problem_, state, std::nullopt, m_.sightings, m_.costs);
+    return CostOf(problem_, state, std::nullopt, m_.sightings, m_.costs);
   }
 
   // Of the state whose cost was asked for last.
@@ -348,7 +257,7 @@ class WindowEquations {
 
   // Adds a residual of the camera centres, each of which moves by -R^T v under a step v.
   template <int N>
-  void AddCenters(const std::vector<Cam>& cams, const Eigen::Vector3d& residual,
+  void AddCenters(const std::vector<CamMatrices>& cams, const Eigen::Vector3d& residual,
                   const std::array<int, N>& poses,
                   const std::array<Eigen::Matrix3d, N>& by_center) {
     for (int i = 0; i < N; ++i) {
@@ -365,7 +274,7 @@ class WindowEquations {
 
   // A step of the first image turns the second one back, seen from there. That the error is not
   // small does not matter to the gradient: the inverse left Jacobian leaves its own vector.
-  void AddRotation(const RotationPrior& r, const std::vector<Cam>& cams) {
+  void AddRotation(const RotationPrior& r, const std::vector<CamMatrices>& cams) {
     const Eigen::Vector3d error = RotationError(r, cams);
     const double inverse_sigma = 1 / std::sqrt(r.turn.variance);
     AddTurns<2>(error, {r.first, r.second},
@@ -375,12 +284,12 @@ class WindowEquations {
 
   // The derivatives of the logarithm of a rotation by steps from the left and from the right are
   // the inverse Jacobians of SO(3) (Barfoot 2017, 7.1.5).
-  void AddTurnRate(const TurnRatePrior& t, const std::vector<Cam>& cams) {
+  void AddTurnRate(const TurnRatePrior& t, const std::vector<CamMatrices>& cams) {
     const Eigen::Vector3d change = ChangeOfTurnRate(t, cams);
     const double root = std::sqrt(LossOf(change.squaredNorm(), problem_.huber_chi2).weight);
     const double first = root / (t.first_s * t.sigma), second = root / (t.second_s * t.sigma);
-    const Eigen::Matrix3d before = InverseLeftJacobian(TurnBetween(cams[t.before], cams[t.middle])),
-                          after = InverseLeftJacobian(TurnBetween(cams[t.middle], cams[t.after]));
+    const Eigen::Matrix3d before = InverseLeftJacobian(TurnVector(cams[t.before], cams[t.middle])),
+                          after = InverseLeftJacobian(TurnVector(cams[t.middle], cams[t.after]));
     AddTurns<3>(root * change, {t.before, t.middle, t.after},
                 {first * before.transpose(), -(first * before + second * after.transpose()),
                  second * after});
@@ -409,7 +318,7 @@ class WindowEquations {
     }
   }
 
-  void LinearizePriors(const std::vector<Cam>& cams) {
+  void LinearizePriors(const std::vector<CamMatrices>& cams) {
     const Eigen::Matrix3d one = Eigen::Matrix3d::Identity();
     for (const VelocityPrior& v : problem_.velocities) {
       const double first = 1 / (v.first_s * v.sigma), second = 1 / (v.second_s * v.sigma);
@@ -469,62 +378,6 @@ class WindowEquations {
 };
 
 }  // namespace
-
-double WeightOf(const DepthPrior& prior, double inverse_depth) {
-  if (!prior.is_measured) return 1;
-  const double off = (inverse_depth - prior.inverse_depth) / prior.sigma;
-  return 1 / (1 + off * off / kCauchyChi2);
-}
-
-double CostOf(const InverseDepthProblem& problem, const InverseDepthState& state,
-              std::optional<double> outlier_chi2) {
-  SightingsByPair sightings;
-  sightings.Set(problem, state.poses.size(), outlier_chi2.has_value());
-  std::vector<double> costs;
-  return Cost(problem, state, outlier_chi2, sightings, costs);
-}
-
-InverseDepthProblem WithoutPriors(InverseDepthProblem problem) {
-  constexpr double kUnknown = 1e6;  // sigma of an inverse depth
-  problem.velocities.clear();
-  problem.turn_rates.clear();
-  problem.rotations.clear();
-  problem.inertial.reset();
-  for (DepthPrior& p : problem.points) p.sigma = kUnknown;
-  return problem;
-}
-
-double CostOfImages(const InverseDepthProblem& bare, const InverseDepthState& state) {
-  return CostOf(bare, state, kMostSigmas * kMostSigmas) /
-         std::max<double>(1, static_cast<double>(bare.measurements.size()));
-}
-
-void SearchDepths(double usual, const InverseDepthProblem& problem, InverseDepthState& state) {
-  std::array candidates{0.0, 0.1, 0.3, 0.6, 1.0, 1.6, 2.5, 4.0, 6.0, 9.0, 14.0};
-  for (double& depth : candidates) depth *= usual;
-  SearchDepths(candidates, problem, state);
-}
-
-void SearchDepths(std::span<const double> candidates, const InverseDepthProblem& problem,
-                  InverseDepthState& state) {
-  SightingsByPair sightings;
-  sightings.Set(problem, state.poses.size(), true);
-  sightings.Update(state);
-  // Filled up by the last one, of which the first place counts.
-  std::vector<double> padded(candidates.begin(), candidates.end());
-  padded.resize(WholeVectors(candidates.size()), candidates.back());
-  std::vector<double> costs(padded.size());
-  size_t next = 0;
-  for (size_t point = 0; point < problem.points.size(); ++point) {
-    std::ranges::fill(costs, 0);
-    for (; next < problem.measurements.size() &&
-           problem.measurements[next].point == static_cast<int>(point);
-         ++next)
-      AddCostsOfDepths(sightings.PairOf(next), sightings.table(), sightings.RowOf(next), padded,
-                       problem.corner_chi2, costs.data());
-    state.inverse_depths[point] = candidates[std::ranges::min_element(costs) - costs.begin()];
-  }
-}
 
 InverseDepthSolver::InverseDepthSolver() : memory_(std::make_unique<Memory>()) {}
 InverseDepthSolver::~InverseDepthSolver() = default;

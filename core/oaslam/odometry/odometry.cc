@@ -25,11 +25,29 @@ constexpr double kLeastShare = 0.6;
 // minimum. With .90 a walk at 5 Hz loses images that other starts would place.
 constexpr double kDoubtful = 0.95;
 
-Camera Halved(Camera camera) {
-  camera.width = (camera.width + 1) / 2;
-  camera.height = (camera.height + 1) / 2;
-  for (double* x : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *x /= 2;
+// How often an image must be halved until it fits.
+int HalvingsOf(int width, int max_width) {
+  int halvings = 0;
+  for (; width > max_width; width = (width + 1) / 2) ++halvings;
+  return halvings;
+}
+
+Camera Halved(Camera camera, int times) {
+  for (int i = 0; i < times; ++i) {
+    camera.width = (camera.width + 1) / 2;
+    camera.height = (camera.height + 1) / 2;
+    for (double* x : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *x /= 2;
+  }
   return camera;
+}
+
+// What is seen in darkness, noise of the image and of its compression, does not move with the
+// scene.
+bool ContradictsGyroscope(const Rigid3& pose, const PoseFitPrior& prior) {
+  constexpr double kSurelyOff = 8, kMost = 0.5 * kDegree;
+  if (!prior.rotation) return false;
+  const double off = pose.rotation.angularDistance(prior.rotation->second_from_first);
+  return off > std::max(kMost, kSurelyOff * std::sqrt(prior.rotation->variance));
 }
 
 }  // namespace
@@ -51,17 +69,22 @@ const char* ToString(OdometryState state) {
 }
 
 Odometry::Odometry(const Camera& camera, const OdometryOptions& options, uint64_t seed)
-    : camera_(camera), options_(options), rng_(seed) {
-  for (; camera_.width > options.max_width; ++halvings_) camera_ = Halved(camera_);
-  max_lens_angle_ = MaxLensAngle(camera_);
-  focal_ = camera_.fx;
+    : halvings_(HalvingsOf(camera.width, options.max_width)),
+      camera_(Halved(camera, halvings_)),
+      focal_(camera_.fx),
+      max_lens_angle_(MaxLensAngle(camera_)),
+      options_(options),
+      rng_(seed),
+      depth_({camera_.cx, camera_.cy}, std::ldexp(1, halvings_)) {
   window_options_.focal_px = 0.5 * (camera_.fx + camera_.fy);
 }
 
 OdometryEstimate Odometry::Process(const GreyImage& image, double time_s,
                                    const OdometrySensors& sensors) {
-  AddSamples(sensors);
-  TakeDepth(time_s, sensors.depth);
+  imu_.Add(sensors.angular_velocity, sensors.imu, window_);
+  depth_.Take(time_s, sensors.depth);
+  // Depths that came late: what the images have told so far is without a metre, and preliminary.
+  if (is_beginning_ && !window_.images.empty() && depth_.CanBegin(window_)) BeginAnew();
   present_ = TrackedImage(image);
   OdometryEstimate estimate;
   if (!window_.images.empty()) ProcessNext(time_s, estimate);
@@ -79,19 +102,7 @@ OdometryEstimate Odometry::Process(const GreyImage& image, double time_s,
   estimate.image = window_.newest().id;
   estimate.scale_drift = scale_drift_;
   estimate.focal_ratio = lens_.ratio();
-  if (window_.inertial) {
-    estimate.metres_per_unit = window_.inertial->value[0];
-    estimate.metre_sigma = kOfMetreSigma * metre_sigma_;
-    estimate.gravity_in_cam =
-        window_.newest().cam_from_odom.rotation * window_.inertial->value.segment<3>(1);
-  }
-  if (units_per_metre_ > 0) {
-    // The calibration of a depth camera is off by about so much.
-    constexpr double kSigma = 0.01;
-    estimate.metres_per_unit = 1 / units_per_metre_;
-    estimate.metre_sigma = kSigma;
-    estimate.metre_is_by_depth = true;
-  }
+  TellMetre(estimate);
   last_motions_.push_back({time_s, window_.newest().cam_from_odom});
   if (last_motions_.size() > 2) last_motions_.erase(last_motions_.begin());
   if (!is_beginning_)
@@ -107,6 +118,23 @@ OdometryEstimate Odometry::Process(const GreyImage& image, double time_s,
   return estimate;
 }
 
+// The length of a metre and gravity, as the sensors tell them.
+void Odometry::TellMetre(OdometryEstimate& estimate) const {
+  if (window_.inertial) {
+    estimate.metres_per_unit = window_.inertial->value[0];
+    estimate.metre_sigma = imu_.metre_sigma();
+    estimate.gravity_in_cam =
+        window_.newest().cam_from_odom.rotation * window_.inertial->value.segment<3>(1);
+  }
+  if (depth_.units_per_metre() > 0) {
+    // The calibration of a depth camera is off by about so much.
+    constexpr double kSigma = 0.01;
+    estimate.metres_per_unit = 1 / depth_.units_per_metre();
+    estimate.metre_sigma = kSigma;
+    estimate.metre_is_by_depth = true;
+  }
+}
+
 void Odometry::BeginAnew() {
   ++run_;
   window_ = {};
@@ -116,13 +144,18 @@ void Odometry::BeginAnew() {
   doubt_ = 0;
   rival_watch_ = {};
   last_motions_.clear();
-  held_triples_.clear();
-  units_per_metre_ = 0;
+  imu_.BeginRun();
+  depth_.ForgetMetre();
 }
 
 void Odometry::ReplaceLens(double ratio) {
   lens_.Replace(ratio);
   UseFocalRatio(ratio);
+  if (!window_.images.empty()) BeginAnew();
+}
+
+void Odometry::SetImu(const Rigid3& cam_from_imu) {
+  imu_.Replace(cam_from_imu, window_);
   if (!window_.images.empty()) BeginAnew();
 }
 
@@ -132,14 +165,14 @@ void Odometry::SetMask(const ImageMask& mask) {
 }
 
 void Odometry::ProcessNext(double time_s, OdometryEstimate& estimate) {
-  const std::optional<Turn> turn = gyroscope_.Between(window_.newest().time_s, time_s);
-  const WindowImage& last = window_.newest();
-  WindowImage next{.id = last.id + 1, .time_s = time_s, .turn = turn};
-  if (turn) next.push = accelerometer_.Between(last.time_s, time_s, gyroscope_.calibration());
+  WindowImage next;
+  next.id = window_.newest().id + 1;
+  next.time_s = time_s;
+  imu_.Measure(window_.newest().time_s, next);
   window_.images.push_back(std::move(next));
-  window_.newest().cam_from_odom = Predict(time_s, turn);
+  window_.newest().cam_from_odom = Predict(time_s, window_.newest().turn);
   estimate.tracked = Follow();
-  MeasureSightings();
+  depth_.MeasureSightings(window_);
   const Rigid3 predicted = window_.newest().cam_from_odom;
   if (estimate.tracked < kLeastPoints) {
     FollowInertia(predicted, estimate);
@@ -173,9 +206,7 @@ void Odometry::LearnGyroscope(const OdometryEstimate& estimate) {
       std::exchange(is_sure_, estimate.state == OdometryState::kTracking &&
                                   estimate.inliers >= kDoubtful * estimate.tracked);
   if (!was_sure || !is_sure_) return;
-  const WindowImage &last = window_.images[window_.images.size() - 2], &newest = window_.newest();
-  gyroscope_.Compare(last.time_s, newest.time_s,
-                     newest.cam_from_odom.rotation * last.cam_from_odom.rotation.conjugate());
+  imu_.Calibrate(window_.images[window_.images.size() - 2], window_.newest());
 }
 
 // Whether, within the last images, the camera turned so fast that images are blurred, and too many
@@ -241,7 +272,7 @@ Rigid3 Odometry::Predict(double time_s, const std::optional<Turn>& measured) con
       measured ? Eigen::Quaterniond(measured->second_from_first)
                : Eigen::Quaterniond(Eigen::AngleAxisd(share * usual.angle(), usual.axis()));
   const Eigen::Quaterniond rotation = turn * Eigen::Quaterniond(last.cam_from_odom.rotation);
-  if (const auto by_inertia = CenterByInertia(Rigid3::Rotation(rotation)))
+  if (const auto by_inertia = CenterByInertia(window_, Rigid3::Rotation(rotation)))
     return Rigid3(Rigid3::Rotation(rotation), rotation * -*by_inertia);
   return Rigid3(Rigid3::Rotation(rotation),
                 rotation * -(is_beginning_ ? center : center + share * step));
@@ -303,7 +334,7 @@ void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate)
     points = NewestPoints(pose);
     pose = RefinePose(points, window_options_, prior, 1, pose);
   }
-  if (ContradictsGyroscope(pose, prior)) {
+  if (window_.inertial && ContradictsGyroscope(pose, prior)) {
     estimate.inliers = 0;
     return;
   }
@@ -346,7 +377,7 @@ void Odometry::AddScaleDrift() {
       kOfSigma * kOfSigma * scale_variance_ * (now - keyframe) / std::max(1e-6, now - held);
   // Where a sensor holds the metre, the scale wanders no further than the sensor's errors.
   constexpr double kOfMetre = 0.003;  // in a second
-  const double most = window_.inertial || units_per_metre_ > 0
+  const double most = window_.inertial || depth_.units_per_metre() > 0
                           ? kOfMetre * kOfMetre * std::max(0.0, now - keyframe)
                           : kMost;
   scale_drift_ += added >= 0 && added < most ? added : most;
@@ -408,7 +439,7 @@ void Odometry::OptimizeWindow(std::span<const Rigid3> starts) {
   for (size_t k = 0; k < best.variances.size(); ++k) {
     WindowPoint& point = window_.points[made.points[k]];
     point.variance = best.variances[k];
-    CompareDepth(point);
+    CompareWithParallax(window_.median_inverse_depth, point);
   }
   const Eigen::Index n = best.information.rows();
   if (n > 0) {
@@ -416,10 +447,9 @@ void Odometry::OptimizeWindow(std::span<const Rigid3> starts) {
     const auto factor = best.information.ldlt();
     if (window_.inertial) {
       constexpr Eigen::Index kOnes = InertialVector::RowsAtCompileTime;
-      told_ = factor.solve(Eigen::MatrixXd::Identity(n, n).rightCols<kOnes>()).bottomRows<kOnes>();
-      metre_sigma_ = std::sqrt(told_(0, 0)) / window_.inertial->value[0];
-      // A unit of no or negative length is no solution.
-      if (!(window_.inertial->value[0] > 0 && told_(0, 0) > 0)) BeginImuAnew();
+      imu_.SetCovariance(
+          factor.solve(Eigen::MatrixXd::Identity(n, n).rightCols<kOnes>()).bottomRows<kOnes>(),
+          window_);
     }
     covariance_ = factor.solve(Eigen::MatrixXd::Identity(n, n).middleCols(6 * newest, 6))
                       .middleRows(6 * newest, 6);

@@ -1,12 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
-#include <map>
 #include <memory>
 #include <optional>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -14,12 +11,12 @@
 #include "oaslam/camera.h"
 #include "oaslam/features/depth_map.h"
 #include "oaslam/features/image_mask.h"
-#include "oaslam/odometry/accelerometer.h"
+#include "oaslam/imu.h"
 #include "oaslam/odometry/beginning.h"
 #include "oaslam/odometry/corners.h"
-#include "oaslam/odometry/depth_trust.h"
+#include "oaslam/odometry/depth_sensor.h"
 #include "oaslam/odometry/grey_pyramid.h"
-#include "oaslam/odometry/gyroscope.h"
+#include "oaslam/odometry/inertial_sensor.h"
 #include "oaslam/odometry/inverse_depth_solver.h"
 #include "oaslam/odometry/lens_watch.h"
 #include "oaslam/odometry/rivals.h"
@@ -109,7 +106,7 @@ class Odometry {
   // `image` has the camera's size; times ascend.
   OdometryEstimate Process(const GreyImage& image, double time_s,
                            const OdometrySensors& sensors = {});
-  // How the IMU lies to the camera (cam_from_imu, metres); forgets what was learned of an IMU, and
+  // The pose of the IMU relative to the camera (metres); forgets what was learned of an IMU, and
   // begins the motion anew, if there is one.
   void SetImu(const Rigid3& cam_from_imu);
   // From now on follows no point that the mask hides; begins the motion anew, if there is one.
@@ -119,11 +116,11 @@ class Odometry {
   // From now on the focal length is `ratio` times the camera's; begins the motion anew.
   void ReplaceLens(double ratio);
   // Whether the depths contradict the images: then they are no longer used.
-  bool RefusesDepth() const { return depth_is_refused_; }
+  bool RefusesDepth() const { return depth_.is_refused(); }
   // Whether the focal length of the lens changes from image to image.
   bool FollowsLens() const { return lens_.is_followed(); }
-  const Gyroscope& gyroscope() const { return gyroscope_; }
-  ImuCalibration imu() const;
+  const Gyroscope& gyroscope() const { return imu_.gyroscope(); }
+  ImuCalibration imu() const { return imu_.Calibration(window_); }
   // The window as it was optimised last, for tools that measure the search; it has no motion yet
   // while the state is kPreliminary.
   const Window& window() const { return window_; }
@@ -175,46 +172,21 @@ class Odometry {
   void LearnTurns();
   void AddPoints();
   void Forget();
+  void TellMetre(OdometryEstimate& estimate) const;
   void LearnGyroscope(const OdometryEstimate& estimate);
-  void TakeDepth(double time_s, const std::shared_ptr<const DepthMap>& depth);
-  void RememberDepth(double time_s);
-  const DepthMap* DepthNear(double time_s) const;
-  std::optional<MeasuredDepth> DepthAt(const Eigen::Vector2f& px) const;
-  std::optional<MeasuredInverseDepth> MeasuredAt(const Eigen::Vector2f& px) const;
-  void MeasureSightings();
   void AddFirstPoints();
-  void LearnMetre();
-  void CompareDepth(WindowPoint& point);
-  Window WithoutDepths() const;
-  const WindowImage& ImageToJudge() const;
-  std::array<DepthTrust::Views, DepthTrust::kReadings.size()> ViewDepths(
-      const Window& free, std::span<const int> points, std::span<const double> variances,
-      const WindowImage& image) const;
-  void JudgeDepth();
-  void AddSamples(const OdometrySensors& sensors);
-  void CorrectAxes();
-  void BeginImuAnew();
-  void Hold(WindowImage& image);
-  double CenterSigma() const;
-  void AlignInertial();
-  std::optional<InertialFit> FitOfWindow() const;
-  double InertialMisfit() const;
-  void TellInertial();
-  std::optional<Eigen::Vector3d> CenterByInertia(const Rigid3::Rotation& rotation) const;
   bool IsUncertain(double elapsed, double share_of_inliers);
-  bool ContradictsGyroscope(const Rigid3& pose, const PoseFitPrior& prior) const;
-  bool CanFollowInertia() const;
   void FollowInertia(const Rigid3& predicted, OdometryEstimate& estimate);
   void BeginAnew();
   bool IsHidden(const Eigen::Vector2f& px) const {
     return mask_.Hides((px.x() + 0.5) / camera_.width, (px.y() + 0.5) / camera_.height);
   }
 
+  int halvings_ = 0;  // of the camera's image, to the tracked one
   Camera camera_;     // of the tracked image; with the focal length of the newest one
   double focal_ = 1;  // fx without a change of the lens
   LensWatch lens_;
   double max_lens_angle_ = 0;
-  int halvings_ = 0;
   OdometryOptions options_;
   WindowOptions window_options_;
   Rng rng_;
@@ -239,28 +211,9 @@ class Odometry {
   std::vector<KeptKeyframe> keyframes_;
   int keyframe_id_ = -1;
   std::vector<Motion> last_motions_;  // of the two newest images, as they were given
-  Gyroscope gyroscope_;
-  Accelerometer accelerometer_;
-  Rigid3 cam_from_imu_;
-  // By which samples along the axes that were given are multiplied: the images have shown that the
-  // axes are others.
-  Eigen::Matrix3d true_axes_ = Eigen::Matrix3d::Identity();
-  std::string imu_problem_;
-  std::vector<KnownTriple> held_triples_;  // of this run
-  // Of the last optimisation: the covariance of the inertial unknowns.
-  InertialMatrix told_ = InertialMatrix::Zero();
-  double metre_sigma_ = 0;  // of the length of the unit, divided by it
-  double seen_s_ = 0;       // time of the newest image whose points tell its pose
-  double told_s_ = 0;       // when a keyframe last kept what is known
-  double acceleration_noise_ = kUsualAccelerationNoise;  // learned
-  bool is_sign_wrong_ = false;                           // of the accelerations
-  int inertial_contradictions_ = 0;                      // of keyframes in a row
-  std::shared_ptr<const DepthMap> depth_;  // of the newest image; null: none, or refused
-  double units_per_metre_ = 0;             // of this run, by a depth camera; 0: not known
-  DepthTrust depth_trust_;
-  // By time in seconds, where they will be judged soon.
-  std::map<double, std::shared_ptr<const DepthMap>> recent_depths_;
-  bool depth_is_refused_ = false;
+  double seen_s_ = 0;                 // time of the newest image whose points tell its pose
+  InertialSensor imu_;
+  DepthSensor depth_;
   ImageMask mask_;
   bool is_sure_ = false;  // the newest image fits well
   RivalWatch rival_watch_;

@@ -1,4 +1,5 @@
 // The first images, until the motion is decided.
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -6,6 +7,22 @@
 #include "oaslam/odometry/odometry.h"
 
 namespace oaslam {
+
+// Adds the first points. Where enough of them have a depth, the motion needs no beginning.
+void Odometry::AddFirstPoints() {
+  const bool has_depths = depth_.BeginInMetres();
+  AddPoints();
+  if (!has_depths) return;
+  if (std::ranges::count_if(window_.points, &WindowPoint::is_measured) >=
+      DepthSensor::kLeastDepths) {
+    is_beginning_ = false;
+    UpdateMedianDepth(false, window_);
+    return;
+  }
+  depth_.ForgetMetre();
+  window_.points.clear();
+  AddPoints();
+}
 
 void Odometry::EstimateBeginning(OdometryEstimate& estimate) {
   WindowImage& newest = window_.newest();

@@ -13,6 +13,23 @@
 #include "oaslam/odometry/pose_starts.h"
 
 namespace oaslam {
+namespace {
+
+// Whether a small image shows more than darkness or fog, where corners would be noise.
+bool HasContrast(const GreyImage& small) {
+  constexpr double kLeast = 3;  // grey levels, standard deviation
+  double sum = 0, squared = 0;
+  for (int y = 0; y < small.height; ++y)
+    for (int x = 0; x < small.width; ++x) {
+      const double grey = small.Row(y)[x];
+      sum += grey;
+      squared += grey * grey;
+    }
+  const double count = static_cast<double>(small.width) * small.height, mean = sum / count;
+  return squared / count - mean * mean > kLeast * kLeast;
+}
+
+}  // namespace
 
 std::optional<Eigen::Vector2f> Odometry::PxOf(const Rigid3& cam_from_anchor,
                                               const WindowPoint& point) const {
@@ -121,6 +138,29 @@ Eigen::Matrix3d Odometry::RotationOfFlow(const Rigid3& predicted) const {
                         start = predicted.rotation.toRotationMatrix() * last_rotation.transpose();
   constexpr size_t kLeast = 8;
   return (before.size() < kLeast ? start : RotationBetween(before, now, start)) * last_rotation;
+}
+
+// The newest image shows too little; its pose is the predicted one. What it shows is followed from
+// here on.
+void Odometry::FollowInertia(const Rigid3& predicted, OdometryEstimate& estimate) {
+  if (is_beginning_ || !imu_.CanCarry(window_, seen_s_)) {
+    estimate.state = OdometryState::kBlind;
+    return;
+  }
+  estimate.state = OdometryState::kInertial;
+  WindowImage& newest = window_.newest();
+  newest.cam_from_odom = predicted;
+  newest.median_inverse_depth = window_.median_inverse_depth;
+  estimate.cam_from_odom = predicted;
+  estimate.covariance = covariance_;
+  estimate.inliers = 0;
+  for (WindowPoint& p : window_.points) {
+    if (!p.sightings.empty() && p.sightings.back().image == newest.id) p.sightings.pop_back();
+    p.is_tracked = false;
+  }
+  is_sure_ = false;
+  estimate.is_keyframe = HasContrast(present_->level(present_->levels() - 1));
+  if (estimate.is_keyframe) MakeKeyframe();
 }
 
 }  // namespace oaslam

@@ -124,13 +124,16 @@ void Odometry::MakeKeyframe() {
     for (WindowImage& image : window_.images) {
       if (free <= options_.window) break;
       if (!image.is_keyframe || image.is_held) continue;
-      Hold(image);
+      image.is_held = true;
+      imu_.LearnFromHeld(image, window_options_, window_);
       --free;
     }
   }
-  if (!is_beginning_) AlignInertial();
-  LearnMetre();
-  JudgeDepth();
+  if (!is_beginning_) {
+    imu_.Align(window_options_, window_);
+    depth_.LearnMetre(window_);
+    depth_.Judge(window_options_, solver_, window_);
+  }
   AddPoints();
 }
 
@@ -146,7 +149,7 @@ void Odometry::AddPoints() {
   const std::vector<Eigen::Vector2f> corners =
       FindCorners(present_->level(0), tracked, options_.grid);
   for (const Eigen::Vector2f& px : corners)
-    if (const auto measured = MeasuredAt(px)) depths.emplace_back(px, measured->value);
+    if (const auto measured = depth_.At(px)) depths.emplace_back(px, measured->value);
   const double median = window_.median_inverse_depth;
   for (const Eigen::Vector2f& px : corners) {
     if (IsHidden(px)) continue;
@@ -168,7 +171,7 @@ void Odometry::AddPoints() {
     }
     point.prior_inverse_depth = point.inverse_depth;
     point.prior_sigma = std::max(point.inverse_depth, median);
-    if (const auto measured = MeasuredAt(px)) {
+    if (const auto measured = depth_.At(px)) {
       point.SetMeasured(*measured);
       point.inverse_depth = measured->value;
     }

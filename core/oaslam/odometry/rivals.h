@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "oaslam/odometry/inverse_depth_solver.h"
 #include "oaslam/odometry/window.h"
 #include "oaslam/util/rng.h"
 

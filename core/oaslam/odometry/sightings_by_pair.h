@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "oaslam/odometry/inverse_depth_kernels.h"
-#include "oaslam/odometry/inverse_depth_solver.h"
+#include "oaslam/odometry/inverse_depth_problem.h"
 
 namespace oaslam {
 

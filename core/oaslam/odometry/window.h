@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "oaslam/odometry/inertial.h"
-#include "oaslam/odometry/inverse_depth_solver.h"
+#include "oaslam/odometry/inverse_depth_problem.h"
 #include "oaslam/odometry/patch_edge.h"
 #include "oaslam/odometry/turn.h"
 #include "oaslam/rigid3.h"

@@ -117,10 +117,17 @@ class OASLAM_LOCAL Slam::Impl {
   Frame FrameOfBoxes(const ImageInput& input, double timestamp) const;
   RelocalizationResult Find(const Frame& frame, const RelocalizeOptions& options,
                             double ms_features);
-  std::shared_ptr<const FrameMotion> RunOdometry(const ImageInput& grey,
-                                                 const std::shared_ptr<const DepthMap>& depth,
-                                                 double& cpu_ms);
+  // The steps of Process.
   Frame MakeNextFrame(const ImageInput& input, double& cpu_ms);
+  ImageInput Prepared(const ImageInput& input);
+  Frame FeaturesBesideMotion(const ImageInput& grey, const std::shared_ptr<const DepthMap>& depth,
+                             double& motion_cpu_ms);
+  Frame FeaturesAfterMotion(const ImageInput& grey, const std::shared_ptr<const DepthMap>& depth);
+  Frame WithFeatures(const ImageInput& grey);
+  std::shared_ptr<const FrameMotion> FindMotion(const ImageInput& grey,
+                                                const std::shared_ptr<const DepthMap>& depth);
+  void TakeReplacedLens(const ImageInput& input, Frame& frame);
+  TrackingResult MakeResult(const Frame& frame, const TrackingStep& step);
   void DoubtRepeated(TrackingResult& result);
   std::vector<PoseElsewhere> PosesElsewhere(const TrackingResult& result) const;
   void Post(const std::string& edited_anchor = "");
@@ -134,5 +141,8 @@ class OASLAM_LOCAL Slam::Impl {
   double repeated_s_ = 0;  // for how long the newest image has been the same
   bool is_repeating_ = false;
 };
+
+// Sets what a result tells of the pose.
+void TakePose(const ImagePose& pose, TrackingResult& result);
 
 }  // namespace oaslam
