@@ -30,7 +30,7 @@ class ResultTopics {
   // As of McapWriter.
   explicit ResultTopics(const std::string& path, const std::string& name = "");
 
-  // How the frame `map` lies to the world from now on.
+  // The rotation from the world to the frame `map`, from now on.
   void SetMapFromWorld(const Rigid3::Rotation& rotation) {
     map_from_world_ = {rotation, {0, 0, 0}};
   }
