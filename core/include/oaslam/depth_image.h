@@ -32,7 +32,8 @@ struct DepthImage {
   // The camera of the depth image, which it fits in size; nothing: the depth is registered, so that
   // both images show the same view, which they may divide into other numbers of pixels.
   std::optional<Camera> camera{};
-  // How a depth camera that is not registered lies to the colour camera: at most 1 m apart.
+  // The pose of a depth camera that is not registered relative to the colour camera; they are at
+  // most 1 m apart.
   Rigid3 cam_from_depth{};
   DepthModel model{};
 };

@@ -7,8 +7,8 @@
 
 namespace oaslam {
 
-// A sample of an inertial measurement unit, along the IMU's own axes (Slam::SetImu tells how they
-// lie to the camera's):
+// A sample of an inertial measurement unit, along the IMU's own axes (Slam::SetImu tells the pose
+// of the IMU relative to the camera):
 //
 //   slam.SetImu(cam_from_imu);  // Kalibr's T_cam_imu
 //   const std::vector<ImuSample> samples = {{0.005, {0, 0.1, 0}, {0, -9.8, 0.3}}};

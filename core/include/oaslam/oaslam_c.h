@@ -256,7 +256,8 @@ OASLAM_API oaslam_status oaslam_slam_force_relocalization(oaslam_slam* slam,
  * images. */
 OASLAM_API oaslam_status oaslam_slam_set_mask(oaslam_slam* slam, const uint8_t* pixels,
                                               int32_t width, int32_t height, size_t bytes_per_row);
-/* How the IMU lies to the camera (Kalibr's T_cam_imu, metres); unless it is set, as the camera. */
+/* The pose of the IMU relative to the camera (Kalibr's T_cam_imu, metres); unless it is set, the
+   IMU has the pose of the camera. */
 OASLAM_API oaslam_status oaslam_slam_set_imu(oaslam_slam* slam, const oaslam_pose* cam_from_imu);
 typedef enum {
   OASLAM_SENSOR_UNKNOWN = 0,

@@ -237,10 +237,10 @@ class OASLAM_API Slam {
   // kept.
   std::vector<StampedPose> Trajectory() const;
 
-  // Sets how the IMU lies to the camera: Kalibr's T_cam_imu, translation in metres. Without it, the
-  // axes of the IMU are those of the camera, and its place is the camera's. What was learned of an
-  // IMU is forgotten, and the odometry begins anew. Throws InputError for a motion that is not
-  // valid or longer than 10 m.
+  // Sets the pose of the IMU relative to the camera: Kalibr's T_cam_imu, translation in metres.
+  // Without it, the axes of the IMU are those of the camera, and its place is the camera's. What
+  // was learned of an IMU is forgotten, and the odometry begins anew. Throws InputError for a
+  // motion that is not valid or longer than 10 m.
   void SetImu(const Rigid3& cam_from_imu);
   // What is known of the gyroscope whose samples came with the images.
   GyroscopeCalibration Gyroscope() const;

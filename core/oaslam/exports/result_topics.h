@@ -27,7 +27,7 @@ class ResultTopics {
   // As of McapWriter.
   explicit ResultTopics(const std::string& path, const std::string& name = "");
 
-  // How the frame `map` lies to the world from now on.
+  // The pose of the world in the frame `map`, from now on.
   void SetMapFromWorld(const Rigid3& map_from_world) { map_from_world_ = map_from_world; }
 
   // `frame`: of the camera.

@@ -27,8 +27,8 @@ struct Dataset {
   // are only a count; empty: the film's own.
   std::vector<double> film_times;
   double imu_begin_s = 0;  // what the IMU's clock shows when that of the images shows 0
-  // How the IMU lies to the camera, where that is known of the recorder's phones; the place is not,
-  // and 0.
+  // The pose of the IMU relative to the camera, where its axes are known of the recorder's phones;
+  // its place is not known, and 0.
   std::optional<Rigid3> cam_from_imu{};
   std::optional<DepthFiles> depth;
   // Reads the true poses, camera to world, with the times of the images; empty: there are none.

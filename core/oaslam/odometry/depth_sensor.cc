@@ -162,7 +162,7 @@ std::array<DepthTrust::Views, DepthTrust::kReadings.size()> DepthSensor::View(
 // The image whose depths are judged: one so old that late depths of it have come, else the newest.
 const WindowImage& DepthSensor::ImageToJudge(const Window& window) const {
   const double now = window.newest().time_s;
-  const auto old = std::ranges::find_if(
+  const auto old = std::find_if(  // Emscripten's std::ranges::find_if takes no iterators
       window.images.rbegin(), window.images.rend(),
       [&](const WindowImage& i) { return i.time_s <= now - DepthTrust::kLatest; });
   return old != window.images.rend() && MapNear(old->time_s) ? *old : window.newest();

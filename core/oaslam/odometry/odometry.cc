@@ -69,12 +69,12 @@ const char* ToString(OdometryState state) {
 }
 
 Odometry::Odometry(const Camera& camera, const OdometryOptions& options, uint64_t seed)
-    : halvings_(HalvingsOf(camera.width, options.max_width)),
+    : options_(options),
+      rng_(seed),
+      halvings_(HalvingsOf(camera.width, options.max_width)),
       camera_(Halved(camera, halvings_)),
       focal_(camera_.fx),
       max_lens_angle_(MaxLensAngle(camera_)),
-      options_(options),
-      rng_(seed),
       depth_({camera_.cx, camera_.cy}, std::ldexp(1, halvings_)) {
   window_options_.focal_px = 0.5 * (camera_.fx + camera_.fy);
 }

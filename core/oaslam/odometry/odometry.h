@@ -142,11 +142,29 @@ class Odometry {
     Rigid3 cam_from_odom;
   };
 
+  // odometry.cc: an image from its arrival to its pose.
   std::shared_ptr<const GreyPyramid> TrackedImage(const GreyImage& image);
   void BeginFirst(double time_s);
   void ProcessNext(double time_s, OdometryEstimate& estimate);
   Rigid3 Predict(double time_s, const std::optional<Turn>& measured) const;
   Eigen::Vector2d RayAt(const Eigen::Vector2f& px) const;
+  bool IsHidden(const Eigen::Vector2f& px) const {
+    return mask_.Hides((px.x() + 0.5) / camera_.width, (px.y() + 0.5) / camera_.height);
+  }
+  void EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate);
+  std::vector<PosePoint> NewestPoints(const Rigid3& pose) const;
+  void UseFocalRatio(double ratio);
+  bool WatchLens(std::span<const PosePoint> points, const PoseFitPrior& prior, const Rigid3& pose);
+  double ShareThatFits(const Rigid3& cam_from_odom) const;
+  void OptimizeWindow(std::span<const Rigid3> starts);
+  void AddScaleDrift();
+  bool LookForRival(double cost, OdometryEstimate& estimate);
+  bool IsUncertain(double elapsed, double share_of_inliers);
+  void LearnGyroscope(const OdometryEstimate& estimate);
+  void TellMetre(OdometryEstimate& estimate) const;
+  void BeginAnew();
+
+  // odometry_following.cc: the points in the next image.
   std::optional<Eigen::Vector2f> PxOf(const Rigid3& cam_from_anchor,
                                       const WindowPoint& point) const;
   // Where the earliest keyframe whose image is kept saw a point; null if none did.
@@ -154,69 +172,63 @@ class Odometry {
   FollowedPoints FollowFrom(const Rigid3& predicted) const;
   Rigid3 TurnedAsImage(const Rigid3& predicted) const;
   int Follow();
-  Eigen::Matrix2f StretchSince(int image, const WindowPoint& point) const;
-  int FitPatches();
   Eigen::Matrix3d RotationOfFlow(const Rigid3& predicted) const;
+  void FollowInertia(const Rigid3& predicted, OdometryEstimate& estimate);
+
+  // odometry_beginning.cc: the first images, until the motion is decided.
+  void AddFirstPoints();
   void EstimateBeginning(OdometryEstimate& estimate);
   void DropFirst();
-  double ShareThatFits(const Rigid3& cam_from_odom) const;
-  void OptimizeWindow(std::span<const Rigid3> starts);
-  std::vector<PosePoint> NewestPoints(const Rigid3& pose) const;
-  void UseFocalRatio(double ratio);
-  bool WatchLens(std::span<const PosePoint> points, const PoseFitPrior& prior, const Rigid3& pose);
-  void EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate);
-  void AddScaleDrift();
-  bool LookForRival(double cost, OdometryEstimate& estimate);
+
+  // odometry_keyframes.cc: the images that are kept, and their points.
   bool NeedsKeyframe(const OdometryEstimate& estimate) const;
-  void MakeKeyframe();
+  Eigen::Matrix2f StretchSince(int image, const WindowPoint& point) const;
+  int FitPatches();
   void LearnTurns();
+  void MakeKeyframe();
   void AddPoints();
   void Forget();
-  void TellMetre(OdometryEstimate& estimate) const;
-  void LearnGyroscope(const OdometryEstimate& estimate);
-  void AddFirstPoints();
-  bool IsUncertain(double elapsed, double share_of_inliers);
-  void FollowInertia(const Rigid3& predicted, OdometryEstimate& estimate);
-  void BeginAnew();
-  bool IsHidden(const Eigen::Vector2f& px) const {
-    return mask_.Hides((px.x() + 0.5) / camera_.width, (px.y() + 0.5) / camera_.height);
-  }
 
-  int halvings_ = 0;  // of the camera's image, to the tracked one
-  Camera camera_;     // of the tracked image; with the focal length of the newest one
-  double focal_ = 1;  // fx without a change of the lens
-  LensWatch lens_;
-  double max_lens_angle_ = 0;
   OdometryOptions options_;
   WindowOptions window_options_;
   Rng rng_;
 
-  int run_ = 0;
-  double doubt_ = 0;  // how many points did not fit in the last images
-  bool is_uncertain_ = false;
-  PoseCovariance covariance_ = PoseCovariance::Zero();
-  double scale_variance_ = 0;  // of the logarithm, between the held images and the newest
-  double scale_drift_ = 0;
-  Window window_;
-  InverseDepthSolver solver_;
-  bool is_beginning_ = true;
-  std::optional<Window> leader_;  // of the beginning: with the motion that explains it best
-  Rigid3 preliminary_;            // the pose of the newest image by `leader_`
-  double compared_s_ = 0;         // when the rivals of `leader_` were last optimised
-  bool keyframe_is_due_ = false;
+  int halvings_ = 0;  // of the camera's image, to the tracked one
+  Camera camera_;     // of the tracked image; with the focal length of the newest one
+  double focal_ = 1;  // fx without a change of the lens
+  double max_lens_angle_ = 0;
+  LensWatch lens_;
+  ImageMask mask_;
+
   std::shared_ptr<const GreyPyramid> last_, present_;
   std::vector<std::shared_ptr<GreyPyramid>> pyramids_;  // all; reused when nobody else holds them
   std::vector<GreyBuffer> halved_;                      // of the image, down to the tracked one
   // The newest keyframes, whose patches are followed; by image.
   std::vector<KeptKeyframe> keyframes_;
   int keyframe_id_ = -1;
+  bool keyframe_is_due_ = false;
+
+  Window window_;
+  InverseDepthSolver solver_;
+  PoseCovariance covariance_ = PoseCovariance::Zero();
+  double scale_variance_ = 0;  // of the logarithm, between the held images and the newest
+  double scale_drift_ = 0;
+  RivalWatch rival_watch_;
+
+  bool is_beginning_ = true;
+  std::optional<Window> leader_;  // of the beginning: with the motion that explains it best
+  Rigid3 preliminary_;            // the pose of the newest image by `leader_`
+  double compared_s_ = 0;         // when the rivals of `leader_` were last optimised
+
+  int run_ = 0;
   std::vector<Motion> last_motions_;  // of the two newest images, as they were given
   double seen_s_ = 0;                 // time of the newest image whose points tell its pose
+  double doubt_ = 0;                  // how many points did not fit in the last images
+  bool is_uncertain_ = false;
+  bool is_sure_ = false;  // the newest image fits well
+
   InertialSensor imu_;
   DepthSensor depth_;
-  ImageMask mask_;
-  bool is_sure_ = false;  // the newest image fits well
-  RivalWatch rival_watch_;
 };
 
 }  // namespace oaslam

@@ -51,7 +51,7 @@ bool HasFreeImage(const Window& window, const WindowPoint& point) {
                              [&](const Sighting& s) { return !window.images[of.Of(s)].is_held; });
 }
 
-// How images lie to each other: each two of them are asked for many times.
+// The relative poses of images: each two of them are asked for many times.
 class RelativePoses {
  public:
   explicit RelativePoses(const Window& window)

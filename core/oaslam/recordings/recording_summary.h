@@ -55,7 +55,8 @@ struct RecordingSummary {
 
   // The topic of this name, also without the slash at its beginning; null: there is none.
   const TopicSummary* Find(const std::string& name) const;
-  // How two frames lie to each other by the static transforms; nothing where these do not tell.
+  // The pose of the frame `from` in the frame `to` by the static transforms; nothing where these do
+  // not tell.
   std::optional<Rigid3> Between(const std::string& to, const std::string& from) const;
 };
 
