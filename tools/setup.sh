@@ -33,7 +33,7 @@ if [[ $mode =~ ^--(python|tests|packages)$ ]]; then
   packages+=(python3-dev pybind11-dev python3-numpy)                        # the Python module
 fi
 if [ "$mode" = --packages ]; then
-  packages+=(cyclonedds-dev dpkg-dev file)                                                 # what CPack asks
+  packages+=(cyclonedds-dev dpkg-dev file)  # what CPack asks
 fi
 if [ "$mode" = --tests ]; then
   packages+=(libgtest-dev libgmock-dev python3 python3-pytest ffmpeg curl)  # ffmpeg writes videos, curl the requests of docs/service.md

@@ -25,6 +25,26 @@ uint32_t DomainOf(const std::optional<uint32_t>& given) {
   return static_cast<uint32_t>(*number);
 }
 
+// The nodes of ROS 2 that were told to stay on this machine would not be met otherwise, and others
+// must not hear what is published.
+void StayOnThisMachine() {
+  const auto is = [](const char* variable, const char* value) {
+    const char* given = std::getenv(variable);
+    return given && std::string(given) == value;
+  };
+  const bool is_asked =
+      is("ROS_LOCALHOST_ONLY", "1") || is("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
+  constexpr int kKeep = 0;  // what CYCLONEDDS_URI says
+  if (is_asked)
+    setenv("CYCLONEDDS_URI",
+           R"(<General><Interfaces><NetworkInterface address="127.0.0.1" multicast="false"/>)"
+           R"(</Interfaces><AllowMulticast>false</AllowMulticast></General>)"
+           R"(<Discovery><Peers><Peer address="127.0.0.1"/></Peers>)"
+           R"(<ParticipantIndex>auto</ParticipantIndex>)"
+           R"(<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex></Discovery>)",
+           kKeep);
+}
+
 }  // namespace
 
 void RobotView::AddOptions(CLI::App& run) {
@@ -51,6 +71,7 @@ void RobotView::AddOptions(CLI::App& run) {
 void RobotView::Check() {
   LiveView::Check();
   options_.domain = DomainOf(domain_);
+  StayOnThisMachine();
   options_.is_mapping = !is_read_only_;
   node_ = std::make_unique<RobotNode>(options_);
 }

@@ -77,8 +77,15 @@ TEST_F(DdsNodes, GiveLatchedMessagesToThoseWhoComeLater) {
   DdsNode third(domain);
   third.Read(TopicFor("/path", "nav_msgs/Odometry"), {.is_latched = true},
              [&](const RecordedMessage&, uint64_t) { of_other_type.push_back(1); });
-  ASSERT_TRUE(Wait([&] { return !heard.empty(); }));
-  third.Wait(0.1);
+  bool third_hears = false;
+  third.Read(TopicFor("/imu", "sensor_msgs/Imu"), {.is_latched = true},
+             [&](const RecordedMessage&, uint64_t) { third_hears = true; });
+  one.Write(one.Publish("/imu", "sensor_msgs/Imu", {.is_latched = true, .depth = 1}),
+            ByteBuffer{0, 1, 0, 0, 1, 0, 0, 0});
+  ASSERT_TRUE(Wait([&] {
+    third.Wait(0.01);
+    return !heard.empty() && third_hears;
+  }));
   EXPECT_THAT(heard, testing::ElementsAre(2));
   EXPECT_THAT(of_other_type, testing::IsEmpty());
 }

@@ -16,7 +16,9 @@ double InSeconds(int64_t nanoseconds) {
 }  // namespace
 
 ImageClock::Step ImageClock::Add(int64_t stamp) {
-  if (stamp == 0) return Step::kNone;
+  // Beyond a century times cannot be added any more.
+  constexpr int64_t kLatest = kSecond * 86'400 * 365 * 100;
+  if (stamp <= 0 || stamp > kLatest) return Step::kNone;
   if (!last_) {
     passes_ = {{InSeconds(stamp), 0}};
     last_ = stamp;
@@ -30,6 +32,7 @@ ImageClock::Step ImageClock::Add(int64_t stamp) {
     return Step::kNext;
   }
   const int64_t added = passes_.back().added + kSecond - interval;
+  if (added > kLatest) return Step::kNotNew;
   passes_.push_back({InSeconds(stamp + added), added});
   last_ = stamp;
   return Step::kBack;

@@ -37,6 +37,8 @@ uint32_t SizeOf(const ddsi_serdata* sample) { return static_cast<uint32_t>(Raw(s
 // What arrived: fragments, which may overlap.
 ddsi_serdata* FromFragments(const ddsi_sertype* type, ddsi_serdata_kind kind,
                             const nn_rdata* fragment, size_t size) {
+  constexpr size_t kMost = size_t{1} << 28;  // bytes; an image of 64 megapixels in colour
+  if (size > kMost) return nullptr;
   auto sample = std::make_unique<RawSample>(type, kind, size);
   size_t at = 0;
   for (; fragment && at < size; fragment = fragment->nextfrag) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "oaslam/geometry/angular_velocity_check.h"
 #include "oaslam/images/bit_depth.h"
 #include "oaslam/images/ros_pixels.h"
 #include "oaslam/images/video_source.h"
@@ -86,7 +87,7 @@ RobotNode::RobotNode(const RobotOptions& options)
                [this, take](const RecordedMessage& message, uint64_t) {
                  try {
                    take(message);
-                 } catch (const InputError& error) {
+                 } catch (const std::exception& error) {
                    const std::lock_guard lock(mutex_);
                    SayOnce(message.topic->name,
                            fmt::format("{}: {} (left out)", message.topic->name, error.what()));
@@ -136,15 +137,20 @@ void RobotNode::Work(const std::stop_token& stop) {
   constexpr double kWait = 0.05, kStatus = 1, kChoose = 0.5;  // seconds
   double next_status_s = began_s_ + kStatus, next_choice_s = 0;
   while (!stop.stop_requested()) {
-    dds_->Wait(kWait);
-    const double now = SteadySeconds();
-    if (now >= next_choice_s) {
-      ChooseImages();
-      next_choice_s = now + kChoose;
-    }
-    if (now >= next_status_s) {
-      ReportStatus();
-      next_status_s = std::max(next_status_s + kStatus, now);
+    try {
+      dds_->Wait(kWait);
+      const double now = SteadySeconds();
+      if (now >= next_choice_s) {
+        next_choice_s = now + kChoose;
+        ChooseImages();
+      }
+      if (now >= next_status_s) {
+        next_status_s = std::max(next_status_s + kStatus, now);
+        ReportStatus();
+      }
+    } catch (const std::exception& error) {
+      const std::lock_guard lock(mutex_);
+      SayOnce("work", error.what());
     }
   }
 }
@@ -193,11 +199,10 @@ void RobotNode::TakeImage(const RecordedMessage& message, uint64_t publisher) {
   constexpr size_t kMostWaiting = 8;
   const std::lock_guard lock(mutex_);
   if (publisher_.value_or(publisher) != publisher) return;
-  publisher_ = publisher;
   RosHeader header;
   try {
     header = HeaderOf(message);
-  } catch (const InputError&) {
+  } catch (const std::exception&) {
     ++status_.unreadable;
     return;
   }
@@ -218,6 +223,7 @@ void RobotNode::TakeImage(const RecordedMessage& message, uint64_t publisher) {
     ++status_.out_of_order;
     return;
   }
+  publisher_ = publisher;
   const int index = count_++;
   if (step == ImageClock::Step::kBack) {
     Log(LogLevel::kWarning,
@@ -255,6 +261,15 @@ void RobotNode::TakeImuSample(const RecordedMessage& message) {
   const std::lock_guard lock(mutex_);
   if (sample.header.stamp == 0) {
     SayOnce("imu", imu_topic_ + ": the samples have no time stamp (0) and are left out");
+    return;
+  }
+  // One bad sample must not end the run: Slam refuses images that come with such ones.
+  constexpr double kMostAcceleration = 1000;  // m/s^2
+  const std::string problem = ProblemOf({0, sample.angular_velocity}, nullptr);
+  if (!problem.empty() || !(sample.acceleration.norm() <= kMostAcceleration)) {
+    SayOnce("imu values",
+            fmt::format("{}: a sample is left out: {}", imu_topic_,
+                        problem.empty() ? "its acceleration is not below 1000 m/s^2" : problem));
     return;
   }
   imu_frame_ = sample.header.frame;
@@ -328,8 +343,10 @@ class RobotNode::Images : public ImageSource {
       try {
         image.image = Pixels({&received->topic, 0, received->message});
       } catch (const InputError& error) {
-        // An encoding that is not read; later on a single message may be damaged.
-        if (!has_read_) throw BadInput("{}: {}", received->topic.name, error.what());
+        // A single message may be damaged; where all are, it is an encoding that is not read.
+        constexpr int kTries = 5;
+        if (!has_read_ && ++failed_ >= kTries)
+          throw BadInput("{}: {}", received->topic.name, error.what());
       }
       if (!image.image.empty()) {
         has_read_ = true;
@@ -370,7 +387,8 @@ class RobotNode::Images : public ImageSource {
   ImageSourceOptions options_;
   std::atomic<bool> is_stopped_ = false;
   bool has_read_ = false;
-  int bits_ = 8;  // that images of 16 have used so far
+  int failed_ = 0;  // images, before the first that was read
+  int bits_ = 8;    // that images of 16 have used so far
 };
 
 std::unique_ptr<ImageSource> RobotNode::OpenImages(const ImageSourceOptions& options) {
@@ -392,7 +410,13 @@ std::optional<Camera> RobotNode::WaitForCamera() {
                        : fmt::format("; camera_info:=TOPIC takes {}", fmt::join(others, ", ")));
     return std::nullopt;
   }
-  const std::optional<Camera> camera = CameraOfInfo(*info_, IsRectified(read_topic_), info_topic_);
+  std::optional<Camera> camera;
+  try {
+    camera = CameraOfInfo(*info_, IsRectified(read_topic_), info_topic_);
+  } catch (const InputError& error) {
+    Log(LogLevel::kWarning, "{}: the lens is estimated from the images", error.what());
+    return std::nullopt;
+  }
   if (camera)
     Log(LogLevel::kInfo, "camera: {}{}", info_topic_,
         IsRectified(read_topic_) ? " (P, of rectified images)" : "");

@@ -129,7 +129,8 @@ TEST_F(RobotNodes, RefuseDepthsAndLeaveOutDamagedImages) {
   robot.Write(images, Image(kStart, 1).bytes());
   const auto source = node.OpenImages({});
   EXPECT_TRUE(source->Next());
-  robot.Write(images, Image(kStart + kNanoseconds, 2, "16UC1").bytes());
+  for (int i = 1; i < 6; ++i)
+    robot.Write(images, Image(kStart + i * kNanoseconds, 2, "16UC1").bytes());
   const auto of_depths = node.OpenImages({});
   EXPECT_THROW(of_depths->Next(), InputError);
 }

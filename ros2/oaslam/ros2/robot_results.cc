@@ -13,14 +13,17 @@ void RobotResults::Add(const RobotResult& result, const MessageHeader& image,
                        const ImageClock& clock, const TransformBuffer& transforms,
                        const ClassNames& names) {
   if (!result.map) return;
-  if (const double angle = map_frame_.Follow(*result.map, result.world); angle > 0)
+  if (const double angle = map_frame_.Follow(*result.map, result.world); angle > 0) {
     Log(LogLevel::kInfo, "{} was turned by {:.1f} degrees: its vertical is known better",
         frames_.map, angle * 180 / std::numbers::pi);
+    Forget();  // its poses are in the axes before
+  }
+  if (result.world != map_world_) map_from_odom_.reset();
   WriteMap(result, image, clock, transforms, names);
   if (result.world_from_cam) {
     constexpr size_t kMostWaiting = 200;
     unplaced_.push_back({image, result.world, map_frame_.map_from_world() * *result.world_from_cam,
-                         result.covariance, result.map->is_metric && !result.is_lost,
+                         result.covariance, result.map->is_metric, result.is_lost,
                          SteadySeconds()});
     if (unplaced_.size() > kMostWaiting) unplaced_.pop_front();
     Place(transforms);
@@ -34,7 +37,11 @@ void RobotResults::Place(const TransformBuffer& transforms) {
     if (!pose.has_pose) pose.has_pose = PlacePose(pose, transforms);
     if (pose.has_pose && !pose.has_odom) pose.has_odom = PlaceOdom(pose, transforms);
   }
-  std::erase_if(unplaced_, [](const Unplaced& pose) { return pose.has_odom; });
+  constexpr double kLongest = 5;  // seconds; what /tf has not told by then, it will not tell
+  const double now = SteadySeconds();
+  std::erase_if(unplaced_, [&](const Unplaced& pose) {
+    return pose.has_odom || now - pose.since_s > kLongest;
+  });
 }
 
 void RobotResults::Forget() {
@@ -51,8 +58,11 @@ bool RobotResults::Waits(bool Unplaced::*done) const {
 
 bool RobotResults::PlacePose(const Unplaced& pose, const TransformBuffer& transforms) {
   const auto& [stamp, camera] = pose.image;
-  const auto base_from_cam = transforms.Find(frames_.base, camera, stamp);
-  if (!base_from_cam && transforms.Connects(frames_.base, camera)) return false;
+  // The robot is in metres: in a map of another unit its base would be at a wrong place.
+  const bool is_of_robot = pose.is_metric && transforms.Connects(frames_.base, camera);
+  const auto base_from_cam =
+      is_of_robot ? transforms.Find(frames_.base, camera, stamp) : std::nullopt;
+  if (is_of_robot && !base_from_cam) return false;
   const std::string& frame = base_from_cam ? frames_.base : camera;
   const RobotPose now =
       PoseOfFrame(pose.map_from_cam, pose.covariance, base_from_cam.value_or(Rigid3()));
@@ -72,7 +82,8 @@ bool RobotResults::PlacePose(const Unplaced& pose, const TransformBuffer& transf
 bool RobotResults::PlaceOdom(const Unplaced& pose, const TransformBuffer& transforms) {
   const auto& [stamp, camera] = pose.image;
   const auto base_from_cam = transforms.Find(frames_.base, camera, stamp);
-  if (!base_from_cam || !pose.tells_odom || !transforms.Connects(frames_.odom, frames_.base))
+  if (!base_from_cam || !pose.is_metric || pose.is_lost ||
+      !transforms.Connects(frames_.odom, frames_.base))
     return true;
   const auto odom_from_base = transforms.Find(frames_.odom, frames_.base, stamp);
   if (!odom_from_base) return false;
@@ -100,7 +111,8 @@ void RobotResults::WriteMap(const RobotResult& result, const MessageHeader& imag
   const double bytes =
       kKeyframe * static_cast<double>(map.keyframes.size()) + kObject * map.CountMappedObjects();
   next_map_s_ = now + std::max(kInterval, bytes / kBytesPerSecond);
-  const auto cam_from_base = transforms.Find(image.frame, frames_.base, image.stamp);
+  const auto cam_from_base =
+      map.is_metric ? transforms.Find(image.frame, frames_.base, image.stamp) : std::nullopt;
   std::vector<StampedPose> poses = KeyframePoses(map);
   for (StampedPose& pose : poses) {
     pose.timestamp = 1e-9 * static_cast<double>(clock.StampOf(pose.timestamp));

@@ -36,9 +36,10 @@ struct RobotResult {
 
 enum class RobotTopic { kTransforms, kPose, kOdometry, kPath, kMarkers, kObjects };
 
-// Makes messages of the results: poses of the robot where its frames are known, else of the camera;
-// `map` to `odom` where the map is in metres and all frames are known; path and objects when they
-// have changed. A pose whose frames are not told yet at its time waits for them.
+// Makes messages of the results: poses of the robot where its frames are known and the map is in
+// metres, as they are, else of the camera; `map` to `odom` where the map is in metres and all
+// frames are known; path and objects when they have changed. A pose whose frames are not told yet
+// at its time waits for them.
 class RobotResults {
  public:
   using Write = std::function<void(RobotTopic, const CdrWriter&)>;
@@ -62,8 +63,8 @@ class RobotResults {
     WorldId world{};
     Rigid3 map_from_cam{};
     PoseCovariance covariance{};
-    bool tells_odom = false;  // in metres, and by points
-    double since_s = 0;       // when it was found
+    bool is_metric = false, is_lost = false;
+    double since_s = 0;  // when it was found
     bool has_pose = false, has_odom = false;
   };
 

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <cstring>
 #include <map>
 
 #include "random_map.h"
@@ -73,7 +75,26 @@ TEST_F(RobotResultsTest, OdomNeedsMetres) {
   Add(results, 2);
   EXPECT_THAT(Transforms(), ElementsAre("2 map odom"));
   EXPECT_EQ(Count(RobotTopic::kPose), 2U);
+  EXPECT_EQ(Count(RobotTopic::kOdometry), 0U) << "the first pose is that of the camera";
+  Add(results, 3);
   EXPECT_EQ(Count(RobotTopic::kOdometry), 1U);
+}
+
+TEST_F(RobotResultsTest, InAnotherUnitThePoseIsThatOfTheCamera) {
+  transforms.Add({"base_link", "camera", {Rigid3::Rotation::Identity(), {5, 0, 0}}, 0}, true);
+  RobotResults results = NewResults();
+  for (const bool is_metric : {false, true}) {
+    map->is_metric = is_metric;
+    Add(results, is_metric ? 2 : 1);
+  }
+  const std::vector<ByteBuffer>& poses = written[RobotTopic::kPose];
+  ASSERT_EQ(poses.size(), 2U);
+  const auto x_of = [](const ByteBuffer& bytes) {  // behind stamp and "map"
+    double x = 0;
+    std::memcpy(&x, bytes.data() + 4 + 16, sizeof x);
+    return x;
+  };
+  EXPECT_GT(std::abs(x_of(poses[0]) - x_of(poses[1])), 4);
 }
 
 TEST_F(RobotResultsTest, OdomNeedsTheWholeRobot) {

@@ -31,16 +31,17 @@ std::string WhyNoPose(const RobotStatus& status) {
   using Known = RobotStatus::Known;
   const std::string result =
       fmt::format("no {} -> {}, and poses are those of ", status.map, status.odom);
+  if (!status.is_metric)
+    return fmt::format(
+        "{}the camera: the unit is not the metre (a map in metres, an IMU or detected objects tell "
+        "it)",
+        result);
   if (status.base_from_camera == Known::kNot)
     return fmt::format("{}the camera: /tf_static does not connect {} with {}", result, status.base,
                        status.camera);
   if (status.base_from_camera == Known::kAtOtherTimes)
     return fmt::format("no poses: /tf does not tell {} -> {} at the times of the images",
                        status.base, status.camera);
-  if (!status.is_metric)
-    return fmt::format(
-        "{}{}: the unit is not the metre (a map in metres, an IMU or detected objects tell it)",
-        result, status.base);
   if (status.odom_from_base == Known::kNot)
     return fmt::format("{}{}: nobody publishes {} -> {}", result, status.base, status.odom,
                        status.base);

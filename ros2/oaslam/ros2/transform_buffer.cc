@@ -25,9 +25,15 @@ std::optional<Rigid3> TransformBuffer::Edge::At(int64_t stamp) const {
 }
 
 void TransformBuffer::Add(const RosTransform& transform, bool is_static) {
-  constexpr int64_t kKept = 10'000'000'000;  // nanoseconds
+  constexpr int64_t kKept = 10'000'000'000;                 // nanoseconds
+  constexpr size_t kMostFrames = 1000, kMostKept = 10'000;  // bound the memory
+  if (edges_.size() >= kMostFrames && !edges_.contains(transform.child)) return;
   Edge& edge = edges_[transform.child];
   if (edge.parent != transform.parent || is_static || edge.is_static)
+    edge.parent_from_child.clear();
+  // Its clock was set back, or what came last was wrong.
+  if (!edge.parent_from_child.empty() &&
+      transform.stamp < edge.parent_from_child.rbegin()->first - kKept)
     edge.parent_from_child.clear();
   edge.parent = transform.parent;
   edge.is_static = is_static;
@@ -35,6 +41,8 @@ void TransformBuffer::Add(const RosTransform& transform, bool is_static) {
   const int64_t newest = edge.parent_from_child.rbegin()->first;
   edge.parent_from_child.erase(edge.parent_from_child.begin(),
                                edge.parent_from_child.lower_bound(newest - kKept));
+  if (edge.parent_from_child.size() > kMostKept)
+    edge.parent_from_child.erase(edge.parent_from_child.begin());
 }
 
 void TransformBuffer::ForgetMoving() {
@@ -42,10 +50,12 @@ void TransformBuffer::ForgetMoving() {
 }
 
 std::vector<std::string> TransformBuffer::Ancestors(const std::string& frame) const {
+  constexpr size_t kMostAbove = 100;
   std::vector<std::string> found = {frame};
   for (auto edge = edges_.find(frame); edge != edges_.end();
        edge = edges_.find(edge->second.parent)) {
     if (std::ranges::count(found, edge->second.parent) > 0) break;  // a loop is no tree
+    if (found.size() > kMostAbove) break;
     found.push_back(edge->second.parent);
   }
   return found;

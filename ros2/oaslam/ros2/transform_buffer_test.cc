@@ -57,6 +57,21 @@ TEST_F(TransformBuffers, KeepTenSeconds) {
   EXPECT_TRUE(buffer.Connects("base", "camera"));
 }
 
+TEST_F(TransformBuffers, BeginAnewWhereTheClockIsSetBack) {
+  buffer.Add(Shift("odom", "base", 30, 9000), false);  // far in the future
+  buffer.Add(Shift("odom", "base", 40, 7), false);
+  buffer.Add(Shift("odom", "base", 50, 8), false);
+  EXPECT_DOUBLE_EQ(X(buffer.Find("odom", "base", 15 * kSecond / 2)), 45);
+}
+
+TEST_F(TransformBuffers, AreBounded) {
+  for (int i = 0; i < 3000; ++i)
+    buffer.Add(Shift("f" + std::to_string(i), "f" + std::to_string(i + 1), 1, 0), true);
+  EXPECT_FALSE(buffer.HasParent("f2900"));
+  EXPECT_FALSE(buffer.Connects("f900", "f0")) << "so long is no robot";
+  EXPECT_TRUE(buffer.Connects("odom", "camera"));
+}
+
 TEST_F(TransformBuffers, SurviveALoop) {
   buffer.Add(Shift("camera", "odom", 1, 0), true);
   EXPECT_TRUE(buffer.Connects("odom", "camera"));
