@@ -35,14 +35,7 @@ void StayOnThisMachine() {
   const bool is_asked =
       is("ROS_LOCALHOST_ONLY", "1") || is("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
   constexpr int kKeep = 0;  // what CYCLONEDDS_URI says
-  if (is_asked)
-    setenv("CYCLONEDDS_URI",
-           R"(<General><Interfaces><NetworkInterface address="127.0.0.1" multicast="false"/>)"
-           R"(</Interfaces><AllowMulticast>false</AllowMulticast></General>)"
-           R"(<Discovery><Peers><Peer address="127.0.0.1"/></Peers>)"
-           R"(<ParticipantIndex>auto</ParticipantIndex>)"
-           R"(<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex></Discovery>)",
-           kKeep);
+  if (is_asked) setenv("CYCLONEDDS_URI", kLoopbackOnly, kKeep);
 }
 
 }  // namespace

@@ -166,6 +166,12 @@ std::vector<Publication> DdsNode::Publications() const {
   std::vector<dds_sample_info_t> infos(kMost);
   dds_guid_t own{};
   dds_get_guid(participant_, &own);
+  // Those that have gone would fill the reader in the course of time.
+  constexpr uint32_t kGone = DDS_ANY_SAMPLE_STATE | DDS_ANY_VIEW_STATE |
+                             DDS_NOT_ALIVE_DISPOSED_INSTANCE_STATE |
+                             DDS_NOT_ALIVE_NO_WRITERS_INSTANCE_STATE;
+  const int gone = dds_take_mask(discovery_, samples.data(), infos.data(), kMost, kMost, kGone);
+  if (gone > 0) dds_return_loan(discovery_, samples.data(), gone);
   const int count = dds_read(discovery_, samples.data(), infos.data(), kMost, kMost);
   std::vector<Publication> found;
   for (int i = 0; i < count; ++i) {

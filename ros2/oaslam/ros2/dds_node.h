@@ -11,6 +11,14 @@
 
 namespace oaslam {
 
+// The value of the environment variable CYCLONEDDS_URI with which nodes stay on this machine.
+inline constexpr char kLoopbackOnly[] =
+    R"(<General><Interfaces><NetworkInterface address="127.0.0.1" multicast="false"/></Interfaces>)"
+    R"(<AllowMulticast>false</AllowMulticast></General>)"
+    R"(<Discovery><Peers><Peer address="127.0.0.1"/></Peers>)"
+    R"(<ParticipantIndex>auto</ParticipantIndex>)"
+    R"(<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex></Discovery>)";
+
 // A quality of service, as ROS 2 has them.
 struct TopicQuality {
   bool is_reliable = true;  // else best effort

@@ -67,6 +67,21 @@ TEST_F(DdsNodes, SeeWhatOthersPublish) {
   EXPECT_TRUE(one.Publications().empty()) << "its own";
 }
 
+TEST_F(DdsNodes, ForgetThoseThatHaveGone) {
+  const auto is_there = [&](const std::string& topic) {
+    const std::vector<Publication> all = other.Publications();
+    return std::ranges::any_of(all, [&](const Publication& p) { return p.topic == topic; });
+  };
+  for (const std::string topic : {"/a", "/b", "/c"}) {
+    {
+      DdsNode brief(domain);
+      brief.Publish(topic, "sensor_msgs/Imu", {});
+      ASSERT_TRUE(Wait([&] { return is_there(topic); }));
+    }
+    ASSERT_TRUE(Wait([&] { return !is_there(topic); }));
+  }
+}
+
 TEST_F(DdsNodes, GiveLatchedMessagesToThoseWhoComeLater) {
   const int path = one.Publish("/path", "nav_msgs/Path", {.is_latched = true, .depth = 1});
   for (const uint8_t number : {uint8_t{1}, uint8_t{2}})
