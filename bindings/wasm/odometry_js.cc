@@ -69,18 +69,11 @@ void TakeSamples(int count, OaslamOdometry& o) {
   }
 }
 
-std::string ProblemOf(const Eigen::Vector3d& acceleration) {
-  constexpr double kMost = 1000;  // as of ImageInput::imu
-  if (acceleration.norm() <= kMost) return "";
-  return fmt::format("acceleration: {:.6g} m/s^2, allowed: 0 to {:.0f}", acceleration.norm(),
-                     kMost);
-}
-
 // What is wrong with samples; an empty text where nothing is.
 std::string SamplesProblem(const OaslamOdometry& o) {
   std::vector<AngularVelocity> rates = o.angular_velocity;
   for (const ImuSample& sample : o.imu) {
-    std::string problem = ProblemOf(sample.acceleration);
+    std::string problem = ProblemOfAcceleration(sample.acceleration);
     if (!problem.empty()) return problem;
     rates.push_back({sample.timestamp, sample.angular_velocity});
   }

@@ -58,11 +58,10 @@ void CheckRates(const SensorSeries& gyroscope, const std::string& path) {
 }
 
 void CheckAccelerations(const SensorSeries& accelerometer, const std::string& path) {
-  constexpr double kMost = 1000;  // m/s^2; the range of phones is 160
   for (size_t i = 0; i < accelerometer.times.size(); ++i)
-    if (const double length = accelerometer.values[i].norm(); !(length <= kMost))
-      throw BadInput("{}:{}: acceleration: {:.6g} m/s^2, allowed: 0 to {}", path,
-                     accelerometer.lines[i], length, kMost);
+    if (const std::string problem = ProblemOfAcceleration(accelerometer.values[i]);
+        !problem.empty())
+      throw BadInput("{}:{}: {}", path, accelerometer.lines[i], problem);
 }
 
 }  // namespace

@@ -20,4 +20,11 @@ std::string ProblemOf(const AngularVelocity& sample, const double* last) {
   return "";
 }
 
+std::string ProblemOfAcceleration(const Eigen::Vector3d& acceleration) {
+  constexpr double kMost = 1000;  // the range of the accelerometers of phones is 160
+  const double length = acceleration.norm();
+  if (length <= kMost) return "";
+  return fmt::format("acceleration: {:.6g} m/s^2, allowed: 0 to {:.0f}", length, kMost);
+}
+
 }  // namespace oaslam

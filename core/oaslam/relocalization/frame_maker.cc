@@ -120,17 +120,14 @@ void CheckAngularVelocity(const std::vector<AngularVelocity>& samples, double im
 }
 
 void CheckImu(const ImageInput& input) {
-  // The range of the accelerometers of phones is 160 m/s^2.
-  constexpr double kMost = 1000;
   if (!input.imu.empty() && !input.angular_velocity.empty())
     throw InputError("imu and angular_velocity: give only one of them");
   std::vector<AngularVelocity> rates;
   for (size_t i = 0; i < input.imu.size(); ++i) {
     const ImuSample& sample = input.imu[i];
     rates.push_back({sample.timestamp, sample.angular_velocity});
-    if (!(sample.acceleration.norm() <= kMost))
-      throw BadInput("sample {}: acceleration: {:.6g} m/s^2, allowed: 0 to {:.0f}", i,
-                     sample.acceleration.norm(), kMost);
+    if (const std::string problem = ProblemOfAcceleration(sample.acceleration); !problem.empty())
+      throw BadInput("sample {}: {}", i, problem);
   }
   CheckAngularVelocity(rates, input.timestamp);
 }

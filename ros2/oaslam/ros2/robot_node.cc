@@ -264,12 +264,10 @@ void RobotNode::TakeImuSample(const RecordedMessage& message) {
     return;
   }
   // One bad sample must not end the run: Slam refuses images that come with such ones.
-  constexpr double kMostAcceleration = 1000;  // m/s^2
-  const std::string problem = ProblemOf({0, sample.angular_velocity}, nullptr);
-  if (!problem.empty() || !(sample.acceleration.norm() <= kMostAcceleration)) {
-    SayOnce("imu values",
-            fmt::format("{}: a sample is left out: {}", imu_topic_,
-                        problem.empty() ? "its acceleration is not below 1000 m/s^2" : problem));
+  std::string problem = ProblemOf({0, sample.angular_velocity}, nullptr);
+  if (problem.empty()) problem = ProblemOfAcceleration(sample.acceleration);
+  if (!problem.empty()) {
+    SayOnce("imu values", fmt::format("{}: a sample is left out: {}", imu_topic_, problem));
     return;
   }
   imu_frame_ = sample.header.frame;
